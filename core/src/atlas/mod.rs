@@ -1,0 +1,1 @@
+//! Atlas: cuts, flattening, seams, packing.

@@ -1,0 +1,9 @@
+//! The lowest floor: memory, workers, progress, numbers.
+
+pub mod heap;
+pub mod progress;
+pub mod random;
+pub mod real;
+pub mod scratch;
+pub mod union_find;
+pub mod workers;

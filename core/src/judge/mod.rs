@@ -1,0 +1,1 @@
+//! Judging any UV map: distortion, seams, overlap, statistics.

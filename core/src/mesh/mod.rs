@@ -1,0 +1,4 @@
+//! Meshes: views, adjacency, repair.
+
+pub mod topology;
+pub mod view;

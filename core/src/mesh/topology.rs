@@ -1,0 +1,74 @@
+//! Adjacency of an oriented triangle mesh: each half-edge's twin.
+//!
+//! Built by sorting half-edges by their end vertices: O(f log f), no hashing. Where more than two faces meet at an
+//! edge, or two faces run along it in the same direction, none of its half-edges gets a twin: `repair` splits such
+//! edges before anything else sees the mesh.
+
+use super::view::{MeshView, NONE, next};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+
+/// Scratch bytes for [`twins`] on a mesh of `faces` triangles.
+pub const fn twins_need(faces: usize) -> usize {
+    bytes_for::<[u32; 3]>(3 * faces)
+}
+
+/// Fills `twin` (one entry a corner): the corner whose half-edge runs the other way along the same edge, or [`NONE`]
+/// on the border. Returns how many edges had more than two half-edges or two of the same direction.
+pub fn twins(twin: &mut [u32], mesh: MeshView, mut scratch: Scratch) -> Result<usize, ScratchTooSmall> {
+    scratch.require(twins_need(mesh.faces.len()))?;
+    let keys = scratch.take::<[u32; 3]>(mesh.corner_count())?; // (low vertex, high vertex, corner)
+    for (c, key) in keys.iter_mut().enumerate() {
+        let (a, b) = (mesh.vertex(c as u32), mesh.vertex(next(c as u32)));
+        *key = [a.min(b), a.max(b), c as u32];
+    }
+    keys.sort_unstable();
+    twin.fill(NONE);
+    let mut bad = 0;
+    for group in keys.chunk_by(|a, b| a[..2] == b[..2]) {
+        match group {
+            [_] => {}
+            [p, q] if mesh.vertex(p[2]) != mesh.vertex(q[2]) => {
+                twin[p[2] as usize] = q[2];
+                twin[q[2] as usize] = p[2];
+            }
+            _ => bad += 1,
+        }
+    }
+    Ok(bad)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use std::vec;
+
+    #[test]
+    fn two_triangles_share_one_edge() {
+        let positions = [DVec3::ZERO; 4];
+        let faces = [[0, 1, 2], [2, 1, 3]];
+        let mesh = MeshView { positions: &positions, faces: &faces };
+        let mut twin = [0; 6];
+        let mut bytes = vec![0u8; twins_need(2)];
+        assert_eq!(twins(&mut twin, mesh, Scratch::new(&mut bytes)), Ok(0));
+        assert_eq!(twin, [NONE, 3, NONE, 1, NONE, NONE]);
+    }
+
+    #[test]
+    fn an_edge_of_three_faces_gets_no_twins() {
+        let positions = [DVec3::ZERO; 5];
+        let faces = [[0, 1, 2], [1, 0, 3], [0, 1, 4]];
+        let mesh = MeshView { positions: &positions, faces: &faces };
+        let mut twin = [0; 9];
+        let mut bytes = vec![0u8; twins_need(3)];
+        assert_eq!(twins(&mut twin, mesh, Scratch::new(&mut bytes)), Ok(1));
+        assert!(twin.iter().all(|t| *t == NONE));
+    }
+
+    #[test]
+    fn one_byte_less_is_refused() {
+        let mesh = MeshView { positions: &[DVec3::ZERO; 3], faces: &[[0, 1, 2]] };
+        let mut bytes = vec![0u8; twins_need(1) - 1];
+        assert!(twins(&mut [0; 3], mesh, Scratch::new(&mut bytes)).is_err());
+    }
+}

@@ -1,0 +1,3 @@
+//! Rays: hierarchy, casting, exposure.
+
+pub mod bvh;
