@@ -1,1 +1,10 @@
 //! Atlas: cuts, flattening, seams, packing.
+
+pub mod cut;
+pub mod energy;
+pub mod flatten;
+pub mod relax;
+pub mod seams;
+pub mod sparse;
+pub mod split;
+pub mod surface;

@@ -75,6 +75,28 @@ impl<'a> Scratch<'a> {
         Ok(out)
     }
 
+    /// A slice whose length is only known once it is filled: `write` gets all free memory as values of `T` (not
+    /// zeroed) and answers how many it used, or `None` where the memory was not enough.
+    pub fn fill<T: Pod>(
+        &mut self,
+        write: impl FnOnce(&mut [T]) -> Option<usize>,
+    ) -> Result<&'a mut [T], ScratchTooSmall> {
+        let given = self.free.len();
+        let free = take(&mut self.free);
+        let skip = free.as_ptr().align_offset(align_of::<T>()).min(given);
+        let count = (given - skip) / size_of::<T>();
+        let (used, rest) = free.split_at_mut(skip + count * size_of::<T>());
+        let values: &mut [T] = bytemuck::cast_slice_mut(&mut used[skip..]);
+        let Some(len) = write(values) else {
+            return Err(ScratchTooSmall { need: given + 1, given });
+        };
+        let (values, unused) = values.split_at_mut(len.min(count));
+        // `unused` and `rest` are one stretch of memory; the few bytes of `rest` (less than one T) are given up.
+        let _ = rest;
+        self.free = bytemuck::cast_slice_mut(unused);
+        Ok(values)
+    }
+
     /// Splits off `bytes` free bytes as an allocator of their own, for a task that runs beside this one.
     pub fn split(&mut self, bytes: usize) -> Result<Scratch<'a>, ScratchTooSmall> {
         self.require(bytes)?;

@@ -28,6 +28,21 @@ impl<'a> UnionFind<'a> {
         self.parent[a.max(b) as usize] = a.min(b);
         a != b
     }
+
+    /// Replaces each entry of the memory by the number of its set, in order of smallest members; returns how many.
+    pub fn number(mut self) -> usize {
+        for x in 0..self.parent.len() {
+            self.parent[x] = self.find(x as u32);
+        }
+        let mut count = 0;
+        for x in 0..self.parent.len() {
+            let root = self.parent[x] as usize;
+            // A root comes before its members and already holds its number when they are seen.
+            self.parent[x] = if root == x { count } else { self.parent[root] };
+            count += u32::from(root == x);
+        }
+        count as usize
+    }
 }
 
 #[cfg(test)]
@@ -40,5 +55,7 @@ mod tests {
         let mut sets = UnionFind::new(&mut parent);
         assert!(sets.union(4, 2) && sets.union(2, 5) && !sets.union(5, 4));
         assert_eq!([0, 1, 2, 3, 4, 5].map(|x| sets.find(x)), [0, 1, 2, 3, 2, 2]);
+        assert_eq!(sets.number(), 4);
+        assert_eq!(parent, [0, 1, 2, 3, 2, 2]);
     }
 }

@@ -1,0 +1,298 @@
+//! Newton's method on the symmetric Dirichlet energy of a piece of surface, and the springs that pull it.
+//!
+//! Projected Newton: per-triangle Hessians made positive semi-definite (`energy`), one direct solve a step (`sparse`),
+//! a step length that keeps every triangle's orientation, then backtracking to a sufficient decrease.
+//! Guarantee: a start without flips stays without flips, and the energy never rises.
+//! Cost: O(n^1.5) a step for n nodes; the order and the fronts are found once a call.
+
+use super::energy::Rest;
+use super::sparse::{Factor, FrontMatrix, Symbolic};
+use crate::base::scratch::{Scratch, ScratchTooSmall};
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, DVec3};
+
+/// Share of the largest flip-free step that is taken. 0.99 lets triangles come so close to flat that later steps stall.
+const STEP_SHARE: f64 = 0.8;
+/// Sufficient decrease (Armijo).
+const DECREASE: f64 = 1e-4;
+/// Added to each diagonal entry: holds the rigid motions, which have no energy.
+const HOLD: f64 = 1e-7;
+
+/// Pulls two nodes together with energy weight * |x_a - x_b|^2.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct Spring {
+    /// One end.
+    pub a: u32,
+    /// The other end.
+    pub b: u32,
+    /// Stiffness.
+    pub weight: f64,
+}
+
+/// A piece of surface: nodes `0..free` move, the others are held.
+#[derive(Clone, Copy)]
+pub struct Piece<'p> {
+    /// Nodes of each triangle.
+    pub triangles: &'p [[u32; 3]], // (t)
+    /// Rest shape of each triangle.
+    pub rest: &'p [Rest], // (t)
+    /// Nodes that move: 0..free.
+    pub free: usize,
+    /// A point of each node that is near those of its neighbours: guides the elimination order only.
+    pub at: &'p [DVec3], // (n)
+    /// Springs.
+    pub springs: &'p [Spring],
+}
+
+/// When to stop.
+#[derive(Clone, Copy)]
+pub struct Stop {
+    /// Most Newton steps.
+    pub steps: usize,
+    /// Stops when a step's predicted decrease is below this share of the piece's area.
+    pub tolerance: f64,
+}
+
+/// What was done.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Relaxed {
+    /// Energy of triangles and springs at the start.
+    pub before: f64,
+    /// And at the end.
+    pub after: f64,
+    /// Newton steps taken.
+    pub steps: usize,
+    /// Whether the tolerance was reached.
+    pub converged: bool,
+}
+
+/// Graph, order, fronts and the elements of each front.
+pub struct System<'a> {
+    symbolic: Symbolic<'a>,
+    triangle_start: &'a [u32], // (fronts + 1)
+    triangles: &'a [u32],
+    spring_start: &'a [u32], // (fronts + 1)
+    springs: &'a [u32],
+    factor: Factor<'a>,
+}
+
+impl<'a> System<'a> {
+    /// Prepares the systems of a piece.
+    pub fn new(piece: &Piece, keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
+        let free = piece.free as u32;
+        // Temporary memory lies behind what is kept: split the rest in two.
+        let graph_bytes =
+            (piece.free + 6 * piece.triangles.len() + 2 * piece.springs.len()) * 4 + piece.free * 16 + 256;
+        let mut temporary = keep.split(graph_bytes)?;
+        let start = temporary.take::<u32>(piece.free + 1)?;
+        let edges = || {
+            let of_triangles = piece
+                .triangles
+                .iter()
+                .flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])])
+                .flat_map(|(a, b)| [(a, b), (b, a)]);
+            let of_springs = piece.springs.iter().flat_map(|s| [(s.a, s.b), (s.b, s.a)]);
+            of_triangles.chain(of_springs).filter(|(a, b)| *a < free && *b < free)
+        };
+        for (a, _) in edges() {
+            start[a as usize + 1] += 1;
+        }
+        for i in 0..piece.free {
+            start[i + 1] += start[i];
+        }
+        let neighbours = temporary.take::<u32>(start[piece.free] as usize)?;
+        {
+            let mut frame = temporary.frame();
+            let at = frame.take::<u32>(piece.free)?;
+            at.copy_from_slice(&start[..piece.free]);
+            for (a, b) in edges() {
+                neighbours[at[a as usize] as usize] = b;
+                at[a as usize] += 1;
+            }
+        }
+        let symbolic = Symbolic::new(start, neighbours, &piece.at[..piece.free], keep, temporary)?;
+        let (triangle_start, triangles) = bucket(&symbolic, piece.triangles.len(), keep, |t| {
+            symbolic.front_of_element(piece.triangles[t].iter().copied().filter(|i| *i < free))
+        })?;
+        let (spring_start, springs) = bucket(&symbolic, piece.springs.len(), keep, |s| {
+            symbolic.front_of_element([piece.springs[s].a, piece.springs[s].b].into_iter().filter(|i| *i < free))
+        })?;
+        let factor = Factor::new(&symbolic, keep)?;
+        Ok(Self { symbolic, triangle_start, triangles, spring_start, springs, factor })
+    }
+
+    /// Factors: `triangle(t, matrix)` and `spring(s, matrix)` add the elements, `hold` is added to each diagonal entry.
+    pub fn factor(
+        &mut self,
+        mut triangle: impl FnMut(usize, &mut FrontMatrix),
+        mut spring: impl FnMut(usize, &mut FrontMatrix),
+        hold: f64,
+        scratch: Scratch,
+    ) -> Result<(), ScratchTooSmall> {
+        let Self { symbolic, triangle_start, triangles, spring_start, springs, factor } = self;
+        let add = |f: u32, matrix: &mut FrontMatrix| {
+            let f = f as usize;
+            for t in &triangles[triangle_start[f] as usize..triangle_start[f + 1] as usize] {
+                triangle(*t as usize, matrix);
+            }
+            for s in &springs[spring_start[f] as usize..spring_start[f + 1] as usize] {
+                spring(*s as usize, matrix);
+            }
+            for node in symbolic.own_nodes(f) {
+                matrix.add(*node, *node, [hold, 0.0, 0.0, hold]);
+            }
+        };
+        factor.factor(symbolic, add, scratch)
+    }
+
+    /// Solves for one right-hand side, in place.
+    pub fn solve(&self, x: &mut [DVec2], scratch: Scratch) -> Result<(), ScratchTooSmall> {
+        self.factor.solve(&self.symbolic, x, scratch)
+    }
+}
+
+/// Sorts elements into the fronts they belong to; elements without a free node are left out.
+fn bucket<'a>(
+    symbolic: &Symbolic,
+    count: usize,
+    keep: &mut Scratch<'a>,
+    front: impl Fn(usize) -> Option<u32>,
+) -> Result<(&'a [u32], &'a [u32]), ScratchTooSmall> {
+    let start = keep.take::<u32>(symbolic.front_count() + 2)?;
+    let list = keep.take::<u32>(count)?;
+    for e in 0..count {
+        if let Some(f) = front(e) {
+            start[f as usize + 2] += 1;
+        }
+    }
+    for f in 2..start.len() {
+        start[f] += start[f - 1];
+    }
+    for e in 0..count {
+        if let Some(f) = front(e) {
+            list[start[f as usize + 1] as usize] = e as u32;
+            start[f as usize + 1] += 1;
+        }
+    }
+    Ok((start, list))
+}
+
+/// Energy of a piece at `x`: triangles (psi times area) and springs.
+pub fn energy(piece: &Piece, x: &[DVec2]) -> f64 {
+    let mut sum = 0.0;
+    for (t, rest) in piece.triangles.iter().zip(piece.rest) {
+        sum += rest.area * rest.energy(t.map(|i| x[i as usize]));
+    }
+    for s in piece.springs {
+        let d = x[s.a as usize] - x[s.b as usize];
+        sum += s.weight * d.dot(d);
+    }
+    sum
+}
+
+/// Moves the free nodes of `x` to lower energy. A start with a flipped triangle is returned as it is, with infinite
+/// energy.
+pub fn relax(x: &mut [DVec2], piece: &Piece, stop: Stop, mut scratch: Scratch) -> Result<Relaxed, ScratchTooSmall> {
+    let free = piece.free;
+    let mut now = energy(piece, x);
+    let mut done = Relaxed { before: now, after: now, ..Relaxed::default() };
+    if free == 0 || now == f64::INFINITY {
+        return Ok(done);
+    }
+    let area: f64 = piece.rest.iter().map(|r| r.area).sum();
+    let mut system = System::new(piece, &mut scratch)?;
+    let step = scratch.take::<DVec2>(x.len())?; // held nodes keep a zero step
+    let gradient = scratch.take::<DVec2>(free)?;
+    let trial = scratch.take::<DVec2>(x.len())?;
+    trial.copy_from_slice(x);
+    while done.steps < stop.steps {
+        gradient.fill(DVec2::ZERO);
+        system.factor(
+            |t, matrix| {
+                let nodes = piece.triangles[t];
+                let (g, h) = piece.rest[t].derivatives(nodes.map(|i| x[i as usize]), 1.0);
+                add_triangle(matrix, nodes, free, &h);
+                for (k, i) in nodes.iter().enumerate() {
+                    if (*i as usize) < free {
+                        gradient[*i as usize] += DVec2::new(g[2 * k], g[2 * k + 1]);
+                    }
+                }
+            },
+            |s, matrix| add_spring(matrix, piece.springs[s], free),
+            HOLD,
+            scratch.frame(),
+        )?;
+        for s in piece.springs {
+            let pull = (x[s.a as usize] - x[s.b as usize]) * (2.0 * s.weight);
+            for (i, f) in [(s.a, pull), (s.b, -pull)] {
+                if (i as usize) < free {
+                    gradient[i as usize] += f;
+                }
+            }
+        }
+        for (s, g) in step[..free].iter_mut().zip(gradient.iter()) {
+            *s = -*g;
+        }
+        system.solve(&mut step[..free], scratch.frame())?;
+        let slope: f64 = step[..free].iter().zip(gradient.iter()).map(|(s, g)| s.dot(*g)).sum();
+        if slope.is_nan() || slope > -stop.tolerance * area {
+            done.converged = true;
+            break;
+        }
+        let mut limit = 1.0 / STEP_SHARE;
+        for (t, rest) in piece.triangles.iter().zip(piece.rest) {
+            limit = rest.step_limit(t.map(|i| x[i as usize]), t.map(|i| step[i as usize]), limit);
+        }
+        let mut length = (limit * STEP_SHARE).min(1.0);
+        let mut found = false;
+        for _ in 0..30 {
+            for i in 0..free {
+                trial[i] = x[i] + step[i] * length;
+            }
+            let next = energy(piece, trial);
+            if next <= now + DECREASE * length * slope {
+                found = true;
+                now = next;
+                break;
+            }
+            length *= 0.5;
+        }
+        done.steps += 1;
+        if !found {
+            break;
+        }
+        x[..free].copy_from_slice(&trial[..free]);
+    }
+    done.after = now;
+    Ok(done)
+}
+
+/// Adds a triangle's 6 x 6 matrix (lower triangle, row by row) for its free nodes.
+fn add_triangle(matrix: &mut FrontMatrix, nodes: [u32; 3], free: usize, h: &[f64; 21]) {
+    let entry = |r: usize, c: usize| if r >= c { h[r * (r + 1) / 2 + c] } else { h[c * (c + 1) / 2 + r] };
+    for i in 0..3 {
+        for j in 0..=i {
+            if (nodes[i] as usize) < free && (nodes[j] as usize) < free {
+                let (r, c) = (2 * i, 2 * j);
+                let block = [entry(r, c), entry(r, c + 1), entry(r + 1, c), entry(r + 1, c + 1)];
+                matrix.add(nodes[i], nodes[j], block);
+            }
+        }
+    }
+}
+
+/// Adds a spring's matrix for its free ends.
+pub fn add_spring(matrix: &mut FrontMatrix, spring: Spring, free: usize) {
+    let w = 2.0 * spring.weight;
+    let (a, b) = ((spring.a as usize) < free, (spring.b as usize) < free);
+    if a {
+        matrix.add(spring.a, spring.a, [w, 0.0, 0.0, w]);
+    }
+    if b {
+        matrix.add(spring.b, spring.b, [w, 0.0, 0.0, w]);
+    }
+    if a && b {
+        matrix.add(spring.a, spring.b, [-w, 0.0, 0.0, -w]);
+    }
+}

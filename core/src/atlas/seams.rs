@@ -1,0 +1,148 @@
+//! Seam optimisation: one budget of distortion, spent where it hides most.
+
+use super::cut::Paths;
+use super::relax::{Piece, Relaxed, Stop, relax};
+use super::surface::Surface;
+use crate::base::real::sqrt;
+use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::mesh::view::{NONE, next};
+use glam::{DVec2, DVec3};
+
+/// Relaxes all charts together.
+pub fn relax_all(
+    uv: &mut [DVec2],
+    surface: &Surface,
+    cut: &[u8],
+    stop: Stop,
+    mut scratch: Scratch,
+) -> Result<Relaxed, ScratchTooSmall> {
+    let corners = surface.mesh.corner_count();
+    let node = scratch.take::<[u32; 3]>(surface.mesh.faces.len())?;
+    let flat: &mut [u32] = bytemuck::cast_slice_mut(node);
+    let count = surface.wedges(cut, flat);
+    let x = scratch.take::<DVec2>(count)?;
+    let at = scratch.take::<DVec3>(count)?;
+    for c in 0..corners {
+        x[flat[c] as usize] = uv[c];
+        at[flat[c] as usize] = surface.mesh.position(c as u32);
+    }
+    let piece = Piece { triangles: node, rest: surface.rest, free: count, at, springs: &[] };
+    let done = relax(x, &piece, stop, scratch)?;
+    for (u, n) in uv.iter_mut().zip(bytemuck::cast_slice::<[u32; 3], u32>(node)) {
+        *u = x[*n as usize];
+    }
+    Ok(done)
+}
+
+/// Mean symmetric Dirichlet energy over 4, after the best global scale.
+pub fn distortion(uv: &[DVec2], surface: &Surface) -> f64 {
+    let (mut stretch, mut shrink, mut area) = (0.0, 0.0, 0.0);
+    for (f, rest) in surface.rest.iter().enumerate() {
+        let [c0, c1] = rest.jacobian([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
+        let (det, norm) = (c0.perp_dot(c1), c0.dot(c0) + c1.dot(c1));
+        stretch += rest.area * norm;
+        shrink += rest.area * norm / (det * det);
+        area += rest.area;
+    }
+    sqrt(stretch * shrink) / (2.0 * area)
+}
+
+/// Adds cuts towards what is too distorted: up to `most` paths that lie apart. Returns how many.
+pub fn extend(
+    cut: &mut [u8],
+    uv: &[DVec2],
+    surface: &Surface,
+    most: usize,
+    share: f64,
+    mut scratch: Scratch,
+) -> Result<usize, ScratchTooSmall> {
+    let n = surface.mesh.positions.len();
+    let density = scratch.take::<f64>(n)?;
+    let weight = scratch.take::<f64>(n)?;
+    for (f, rest) in surface.rest.iter().enumerate() {
+        let excess = rest.area * (rest.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]) - 4.0);
+        for v in surface.mesh.faces[f] {
+            density[v as usize] += excess;
+            weight[v as usize] += rest.area;
+        }
+    }
+    for v in 0..n {
+        density[v] /= weight[v].max(1e-300);
+    }
+    let smooth = scratch.take::<f64>(n)?;
+    for _ in 0..2 {
+        for v in 0..n as u32 {
+            let (mut sum, mut total) = (density[v as usize] * weight[v as usize], weight[v as usize]);
+            for (_, w) in surface.edges_at(v) {
+                sum += density[w as usize] * weight[w as usize];
+                total += weight[w as usize];
+            }
+            smooth[v as usize] = sum / total.max(1e-300);
+        }
+        density.copy_from_slice(smooth);
+    }
+    let mut paths = Paths::new(n, &mut scratch)?;
+    let on_cut = scratch.take::<u8>(n)?;
+    for c in 0..surface.mesh.corner_count() as u32 {
+        if surface.is_open(cut, c) {
+            on_cut[surface.mesh.vertex(c) as usize] = 1;
+            on_cut[surface.mesh.vertex(next(c)) as usize] = 1;
+        }
+    }
+    let order = scratch.take::<u32>(n)?;
+    let mut len = 0;
+    paths.grow(
+        surface,
+        (0..n as u32).filter(|v| on_cut[*v as usize] != 0),
+        |c| surface.cost[c as usize],
+        |v, _| {
+            // A vertex may be settled once only here: no sources are added.
+            order[len] = v;
+            len += 1;
+        },
+    );
+    let along = scratch.take::<f64>(n)?;
+    let length = scratch.take::<f64>(n)?;
+    let score = scratch.take::<f64>(n)?;
+    for v in &order[..len] {
+        let Some((c, from)) = paths.trace(surface, *v).next() else { continue };
+        let (v, from) = (*v as usize, from as usize);
+        let l = surface.length(c);
+        length[v] = length[from] + l;
+        along[v] = along[from] + l * 0.5 * (density[v] + density[from]);
+        score[v] = along[v] * length[v] / paths.cost[v].max(1e-300);
+    }
+    let order = &mut order[..len];
+    order.sort_unstable_by(|a, b| score[*b as usize].total_cmp(&score[*a as usize]).then(a.cmp(b)));
+    let near = scratch.take::<u8>(n)?;
+    let mut added = 0;
+    let best = order.first().map_or(0.0, |v| score[*v as usize]);
+    let mut ball = Paths::new(n, &mut scratch)?;
+    for v in order.iter() {
+        if added == most || score[*v as usize] < share * best || score[*v as usize] <= 0.0 {
+            break;
+        }
+        if near[*v as usize] != 0 || paths.trace(surface, *v).any(|(_, w)| near[w as usize] != 0) {
+            continue;
+        }
+        for (c, _) in paths.trace(surface, *v) {
+            surface.set_cut(cut, c, true);
+        }
+        added += 1;
+        let radius = length[*v as usize];
+        ball.grow(
+            surface,
+            core::iter::once(*v).chain(paths.trace(surface, *v).map(|(_, w)| w)),
+            |c| surface.length(c),
+            |w, reached| {
+                if reached.cost[w as usize] > radius {
+                    reached.stop = true;
+                } else {
+                    near[w as usize] = 1;
+                }
+            },
+        );
+    }
+    let _ = NONE;
+    Ok(added)
+}

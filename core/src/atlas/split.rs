@@ -1,0 +1,342 @@
+//! Splitting charts that overlap themselves, along the cheapest path that parts what overlaps.
+//!
+//! The faces that lie on others of their chart form regions X and Y. A path that parts them runs between the two arcs of
+//! the chart's border that lie between X and Y; one Dijkstra from one arc to the other finds the cheapest. A region
+//! inside the chart is first joined to the border by the shortest corridor of faces.
+//! Guarantee: a disk that is split gives two disks. Limit: one split a chart a call; the caller repeats.
+
+use super::surface::Surface;
+use crate::base::heap::Heap;
+use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::union_find::UnionFind;
+use crate::mesh::grid::{GridPoint, GridTriangle, grid_bits};
+use crate::mesh::overlap::overlaps;
+use crate::mesh::view::{NONE, next, prev};
+use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
+
+/// Factor on the cost of a cut through an overlapping region: such a cut leaves an overlap behind.
+const THROUGH: f64 = 1e3;
+
+/// Which side of a split a face has to be on.
+const FREE: u8 = 0;
+const X: u8 = 1;
+const Y: u8 = 2;
+
+/// Finds for each face another face of the same chart that it overlaps, or `NONE`; returns how many have one.
+pub fn self_overlaps(
+    partner: &mut [u32],
+    uv: &[DVec2],
+    chart: &[u32],
+    chart_count: usize,
+    mut scratch: Scratch,
+) -> Result<usize, ScratchTooSmall> {
+    // Charts side by side, a gap between them.
+    let low = scratch.take_filled::<DVec2>(chart_count, DVec2::INFINITY)?;
+    let high = scratch.take_filled::<DVec2>(chart_count, DVec2::NEG_INFINITY)?;
+    for (c, p) in uv.iter().enumerate() {
+        let k = chart[c / 3] as usize;
+        low[k] = low[k].min(*p);
+        high[k] = high[k].max(*p);
+    }
+    let (mut along, mut tall) = (0.0, 0.0f64);
+    for k in 0..chart_count {
+        let size = high[k] - low[k];
+        low[k] = DVec2::new(along - low[k].x, -low[k].y);
+        along += size.x * 1.01;
+        tall = tall.max(size.y);
+    }
+    let bits = grid_bits(along.max(tall).max(1e-300));
+    let triangles = scratch.take::<GridTriangle>(partner.len())?;
+    for (f, t) in triangles.iter_mut().enumerate() {
+        let shift = low[chart[f] as usize];
+        *t = [0, 1, 2].map(|i| GridPoint::snap(uv[3 * f + i] + shift, bits));
+    }
+    overlaps(partner, triangles, scratch)
+}
+
+/// One overlapping pair of regions of a chart, with the area that overlaps.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+struct Clash {
+    chart: u32,
+    x: u32, // region of the lower number
+    y: u32,
+    face: u32,
+    area: f64,
+}
+
+/// Splits each overlapping chart once; returns how many faces overlapped before.
+pub fn split_overlaps(
+    cut: &mut [u8],
+    uv: &[DVec2],
+    surface: &Surface,
+    mut scratch: Scratch,
+) -> Result<usize, ScratchTooSmall> {
+    let faces = surface.mesh.faces.len();
+    let chart = scratch.take::<u32>(faces)?;
+    let queue = scratch.take::<u32>(faces)?;
+    let chart_count = surface.charts(cut, chart, queue);
+    let partner = scratch.take::<u32>(faces)?;
+    let found = self_overlaps(partner, uv, chart, chart_count, scratch.frame())?;
+    if found == 0 {
+        return Ok(0);
+    }
+    let region = scratch.take::<u32>(faces)?;
+    regions(region, partner, cut, surface);
+    let node = scratch.take::<u32>(3 * faces)?;
+    let node_count = surface.wedges(cut, node);
+    let side = scratch.take::<u8>(faces)?;
+    let mut search = Search::new(node_count, faces, &mut scratch)?;
+    for clash in clashes(region, partner, chart, surface, &mut scratch)? {
+        if clash.x == clash.y {
+            side[clash.face as usize] = X;
+            side[partner[clash.face as usize] as usize] = Y;
+        } else {
+            for f in (0..faces).filter(|f| chart[*f] == clash.chart) {
+                side[f] = if region[f] == clash.x {
+                    X
+                } else if region[f] == clash.y {
+                    Y
+                } else {
+                    FREE
+                };
+            }
+        }
+        search.split(cut, side, node, queue, surface);
+        for f in (0..faces).filter(|f| chart[*f] == clash.chart) {
+            side[f] = FREE;
+        }
+    }
+    Ok(found)
+}
+
+/// Numbers the connected regions of overlapping faces.
+fn regions(region: &mut [u32], partner: &[u32], cut: &[u8], surface: &Surface) {
+    let mut sets = UnionFind::new(region);
+    for c in 0..surface.mesh.corner_count() as u32 {
+        if let Some(t) = surface.across(cut, c)
+            && partner[(c / 3) as usize] != NONE
+            && partner[(t / 3) as usize] != NONE
+        {
+            sets.union(c / 3, t / 3);
+        }
+    }
+    sets.number();
+}
+
+/// The largest clash of each chart.
+fn clashes<'a>(
+    region: &[u32],
+    partner: &[u32],
+    chart: &[u32],
+    surface: &Surface,
+    scratch: &mut Scratch<'a>,
+) -> Result<&'a [Clash], ScratchTooSmall> {
+    let count = partner.iter().filter(|p| **p != NONE).count();
+    let list = scratch.take::<Clash>(count)?;
+    let marked = (0..partner.len()).filter(|f| partner[*f] != NONE);
+    for (clash, f) in list.iter_mut().zip(marked) {
+        let (a, b) = (region[f], region[partner[f] as usize]);
+        let area = surface.rest[f].area;
+        *clash = Clash { chart: chart[f], x: a.min(b), y: a.max(b), face: f as u32, area };
+    }
+    list.sort_unstable_by_key(|c| (c.chart, c.x, c.y, c.face));
+    let mut best = 0; // list[..best]: the largest of each chart so far
+    let mut at = 0;
+    while at < count {
+        let first = list[at];
+        let mut sum = first;
+        sum.area = 0.0;
+        while at < count && (list[at].chart, list[at].x, list[at].y) == (first.chart, first.x, first.y) {
+            sum.area += list[at].area;
+            at += 1;
+        }
+        if best > 0 && list[best - 1].chart == sum.chart {
+            if sum.area > list[best - 1].area {
+                list[best - 1] = sum;
+            }
+        } else {
+            list[best] = sum;
+            best += 1;
+        }
+    }
+    Ok(&list[..best])
+}
+
+/// Memory of one split, reused.
+struct Search<'a> {
+    position: &'a mut [u32], // (nodes) place along the border, or NONE
+    cost: &'a mut [f64],     // (nodes)
+    via: &'a mut [u32],      // (nodes) half-edge from the nearer node
+    heap_cost: &'a mut [f64],
+    heap_slot: &'a mut [u32],
+    heap_item: &'a mut [u32],
+    first: &'a mut [u32],  // (nodes) a corner of each node
+    border: &'a mut [u32], // half-edges of the chart's border in order
+    parent: &'a mut [u32], // (faces) of a corridor search
+}
+
+impl<'a> Search<'a> {
+    fn new(nodes: usize, faces: usize, keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
+        Ok(Self {
+            position: keep.take_filled(nodes, NONE)?,
+            cost: keep.take_filled(nodes, f64::INFINITY)?,
+            via: keep.take_filled(nodes, NONE)?,
+            heap_cost: keep.take(nodes)?,
+            heap_slot: keep.take(nodes)?,
+            heap_item: keep.take(nodes)?,
+            first: keep.take_filled(nodes, NONE)?,
+            border: keep.take(nodes)?,
+            parent: keep.take_filled(faces, NONE)?,
+        })
+    }
+
+    /// Splits the chart in which `side` names faces X and Y.
+    fn split(&mut self, cut: &mut [u8], side: &mut [u8], node: &[u32], queue: &mut [u32], surface: &Surface) -> bool {
+        for wanted in [X, Y] {
+            self.corridor(side, wanted, cut, queue, surface);
+        }
+        let Some(len) = self.walk_border(side, cut, node, surface) else { return false };
+        let label = |i: usize| side[(self.border[i % len] / 3) as usize];
+        let Some((x0, x1)) = longest_run(len, 0, len, label, X) else { return false };
+        let Some((y0, y1)) = longest_run(len, x1 + 1, len - (x1 + 1 - x0), label, Y) else { return false };
+        // Arc A: after X up to Y; arc B: after Y up to X (positions count on past the end of the list).
+        let (a, b) = ((x1 + 1, y0), (y1 + 1, x0 + len));
+        for (c, n) in node.iter().enumerate() {
+            self.first[*n as usize] = c as u32;
+        }
+        self.cost.fill(f64::INFINITY);
+        self.via.fill(NONE);
+        let target = |position: u32| position != NONE && (b.0..=b.1).any(|i| i % len == position as usize);
+        let mut heap = Heap::new(self.heap_cost, self.heap_slot, self.heap_item);
+        for i in a.0..=a.1 {
+            let n = node[self.border[i % len] as usize];
+            self.cost[n as usize] = 0.0;
+            heap.push(n, 0.0);
+        }
+        let mut end = NONE;
+        while let Some((n, at)) = heap.pop() {
+            if at > 0.0 && self.position[n as usize] != NONE {
+                if target(self.position[n as usize]) {
+                    end = n;
+                    break;
+                }
+                continue;
+            }
+            let start = surface.wedge_start(cut, self.first[n as usize]);
+            for c in surface.wedge(cut, start) {
+                for (edge, far) in [(c, next(c)), (prev(c), prev(c))] {
+                    let Some(t) = surface.across(cut, edge) else { continue };
+                    let (s, o) = (side[(edge / 3) as usize], side[(t / 3) as usize]);
+                    let through = if s != FREE && s == o { THROUGH } else { 1.0 };
+                    let sum = at + surface.cost[edge as usize] * through;
+                    let m = node[far as usize] as usize;
+                    if sum < self.cost[m] {
+                        self.cost[m] = sum;
+                        self.via[m] = edge;
+                        heap.push(m as u32, sum);
+                    }
+                }
+            }
+        }
+        if end == NONE {
+            return false;
+        }
+        let mut n = end;
+        while self.via[n as usize] != NONE {
+            let c = self.via[n as usize];
+            surface.set_cut(cut, c, true);
+            let (p, q) = (node[c as usize], node[next(c) as usize]);
+            n = if p == n { q } else { p };
+        }
+        true
+    }
+
+    /// Joins the faces of `wanted` to the chart's border through the fewest faces, where none is on it yet.
+    fn corridor(&mut self, side: &mut [u8], wanted: u8, cut: &[u8], queue: &mut [u32], surface: &Surface) {
+        self.parent.fill(NONE);
+        let mut tail = 0;
+        for f in 0..side.len() as u32 {
+            if side[f as usize] == wanted {
+                self.parent[f as usize] = f;
+                queue[tail] = f;
+                tail += 1;
+            }
+        }
+        let mut head = 0;
+        while head < tail {
+            let f = queue[head];
+            head += 1;
+            for c in 3 * f..3 * f + 3 {
+                let Some(t) = surface.across(cut, c) else {
+                    let mut at = f;
+                    while self.parent[at as usize] != at {
+                        side[at as usize] = wanted;
+                        at = self.parent[at as usize];
+                    }
+                    return;
+                };
+                let g = (t / 3) as usize;
+                if self.parent[g] == NONE && side[g] == FREE {
+                    self.parent[g] = f;
+                    queue[tail] = g as u32;
+                    tail += 1;
+                }
+            }
+        }
+    }
+
+    /// Lists the border of the chart that holds X; returns its length.
+    fn walk_border(&mut self, side: &[u8], cut: &[u8], node: &[u32], surface: &Surface) -> Option<usize> {
+        let first = (0..node.len() as u32).find(|c| side[(c / 3) as usize] == X && surface.is_open(cut, *c))?;
+        self.position.fill(NONE);
+        let (mut at, mut len) = (first, 0);
+        loop {
+            *self.border.get_mut(len)? = at;
+            self.position[node[at as usize] as usize] = len as u32;
+            len += 1;
+            let mut out = next(at);
+            while let Some(t) = surface.across(cut, out) {
+                out = next(t);
+            }
+            at = out;
+            if at == first {
+                return Some(len);
+            }
+        }
+    }
+}
+
+/// First and last place of the longest stretch of the cyclic list of `len` labels that starts and ends with `wanted` and
+/// holds no other label than that and `FREE`, among the `count` places from `from` on. Places count past `len`.
+fn longest_run(
+    len: usize,
+    from: usize,
+    count: usize,
+    label: impl Fn(usize) -> u8,
+    wanted: u8,
+) -> Option<(usize, usize)> {
+    // Start behind a foreign label, so that no stretch is broken by the beginning of a full turn.
+    let begin = if count == len {
+        (from..from + len).find(|i| ![FREE, wanted].contains(&label(*i))).unwrap_or(from)
+    } else {
+        from
+    };
+    let mut best: Option<(usize, usize)> = None;
+    let mut run: Option<(usize, usize)> = None;
+    for i in begin..begin + count {
+        match label(i) {
+            l if l == wanted => {
+                let start = run.map_or(i, |r| r.0);
+                run = Some((start, i));
+                if best.is_none_or(|b| i - start > b.1 - b.0) {
+                    best = run;
+                }
+            }
+            FREE => {}
+            _ => run = None,
+        }
+    }
+    best
+}
