@@ -1,5 +1,6 @@
 //! Atlas: cuts, flattening, seams, packing.
 
+pub mod charts;
 pub mod cut;
 pub mod energy;
 pub mod flatten;

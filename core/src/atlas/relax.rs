@@ -178,6 +178,16 @@ fn bucket<'a>(
     Ok((start, list))
 }
 
+/// Scratch bytes for [`relax`] or a [`System`] on this many nodes, triangles and springs. The factor's size depends on
+/// the graph: measured on charts of 400 to 50,000 nodes it is 15 to 23 log2(n) values a node; 32 log2(n) + 64 are held.
+pub fn relax_need(nodes: usize, triangles: usize, springs: usize) -> usize {
+    let log = (usize::BITS - nodes.leading_zeros()) as usize;
+    let factor = nodes * (32 * log + 64) * 4;
+    let fronts = nodes * (110 + 144) * 8 + 200_000;
+    let graph = nodes * 160 + triangles * 40 + springs * 48;
+    factor + fronts + graph + 4096
+}
+
 /// Energy of a piece at `x`: triangles (psi times area) and springs.
 pub fn energy(piece: &Piece, x: &[DVec2]) -> f64 {
     let mut sum = 0.0;

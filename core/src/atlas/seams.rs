@@ -1,37 +1,115 @@
 //! Seam optimisation: one budget of distortion, spent where it hides most.
 
-use super::cut::Paths;
-use super::relax::{Piece, Relaxed, Stop, relax};
+use super::charts::{Charts, Work, work_on};
+use super::cut::{Paths, cut_to_disks};
+use super::relax::Stop;
+use super::split::split_overlaps;
 use super::surface::Surface;
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
-use crate::mesh::view::{NONE, next};
-use glam::{DVec2, DVec3};
+use crate::base::workers::Workers;
+use crate::mesh::view::next;
+use glam::DVec2;
 
-/// Relaxes all charts together.
-pub fn relax_all(
+/// What the search may spend.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Bound on the mean symmetric Dirichlet energy over 4.
+    pub distortion: f64,
+}
+
+/// Why the search ended without charts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SeamError {
+    /// More memory is needed.
+    Scratch(ScratchTooSmall),
+    /// The callback asked to stop.
+    Stopped,
+}
+
+impl From<ScratchTooSmall> for SeamError {
+    fn from(e: ScratchTooSmall) -> Self {
+        SeamError::Scratch(e)
+    }
+}
+
+/// Rounds of extension at the most; each adds paths where the distortion is worst.
+const ROUNDS: usize = 80;
+/// Rounds of splitting at the most.
+const SPLITS: usize = 60;
+/// Newton steps of a round: the map need not be at rest before the next cut is chosen.
+const ROUND_STOP: Stop = Stop { steps: 5, tolerance: 1e-4 };
+/// Newton steps of the first flattening.
+const FIRST_STOP: Stop = Stop { steps: 60, tolerance: 1e-3 };
+/// Newton steps at the end.
+const LAST_STOP: Stop = Stop { steps: 30, tolerance: 1e-6 };
+
+/// Cuts and flattens the surface: writes `cut` (one flag a half-edge) and `uv` (one point a corner).
+pub fn make_charts(
     uv: &mut [DVec2],
+    cut: &mut [u8],
     surface: &Surface,
+    budget: Budget,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut() -> bool,
+) -> Result<(), SeamError> {
+    let changed = scratch.take::<u8>(surface.mesh.faces.len())?;
+    cut_to_disks(cut, surface, scratch.frame())?;
+    flatten(uv, cut, surface, scratch.frame(), workers)?;
+    for _ in 0..ROUNDS {
+        if !proceed() {
+            return Err(SeamError::Stopped);
+        }
+        if distortion(uv, surface) <= budget.distortion {
+            break;
+        }
+        changed.fill(0);
+        if extend(cut, changed, uv, surface, 3, 0.5, scratch.frame())? == 0 {
+            break;
+        }
+        relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
+    }
+    for _ in 0..SPLITS {
+        if !proceed() {
+            return Err(SeamError::Stopped);
+        }
+        changed.fill(0);
+        if split_overlaps(cut, changed, uv, surface, scratch.frame())? == 0 {
+            break;
+        }
+        relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
+    }
+    Ok(())
+}
+
+/// Flattens every chart; where rounding flips a triangle, the chart is cut on until none is.
+fn flatten(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), ScratchTooSmall> {
+    let charts = Charts::new(surface, cut, &mut scratch)?;
+    work_on(uv, surface, cut, &charts, |_| true, Work::Flatten(FIRST_STOP), scratch, workers)?;
+    Ok(())
+}
+
+/// Relaxes the charts that hold a changed face.
+fn relax_changed(
+    uv: &mut [DVec2],
     cut: &[u8],
+    changed: &[u8],
+    surface: &Surface,
     stop: Stop,
     mut scratch: Scratch,
-) -> Result<Relaxed, ScratchTooSmall> {
-    let corners = surface.mesh.corner_count();
-    let node = scratch.take::<[u32; 3]>(surface.mesh.faces.len())?;
-    let flat: &mut [u32] = bytemuck::cast_slice_mut(node);
-    let count = surface.wedges(cut, flat);
-    let x = scratch.take::<DVec2>(count)?;
-    let at = scratch.take::<DVec3>(count)?;
-    for c in 0..corners {
-        x[flat[c] as usize] = uv[c];
-        at[flat[c] as usize] = surface.mesh.position(c as u32);
-    }
-    let piece = Piece { triangles: node, rest: surface.rest, free: count, at, springs: &[] };
-    let done = relax(x, &piece, stop, scratch)?;
-    for (u, n) in uv.iter_mut().zip(bytemuck::cast_slice::<[u32; 3], u32>(node)) {
-        *u = x[*n as usize];
-    }
-    Ok(done)
+    workers: &dyn Workers,
+) -> Result<(), ScratchTooSmall> {
+    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let touched = |k: usize| charts.faces_of(k).iter().any(|f| changed[*f as usize] != 0);
+    work_on(uv, surface, cut, &charts, touched, Work::Relax(stop), scratch, workers)?;
+    Ok(())
 }
 
 /// Mean symmetric Dirichlet energy over 4, after the best global scale.
@@ -50,6 +128,7 @@ pub fn distortion(uv: &[DVec2], surface: &Surface) -> f64 {
 /// Adds cuts towards what is too distorted: up to `most` paths that lie apart. Returns how many.
 pub fn extend(
     cut: &mut [u8],
+    changed: &mut [u8],
     uv: &[DVec2],
     surface: &Surface,
     most: usize,
@@ -127,6 +206,7 @@ pub fn extend(
         }
         for (c, _) in paths.trace(surface, *v) {
             surface.set_cut(cut, c, true);
+            changed[(c / 3) as usize] = 1;
         }
         added += 1;
         let radius = length[*v as usize];
@@ -143,6 +223,5 @@ pub fn extend(
             },
         );
     }
-    let _ = NONE;
     Ok(added)
 }

@@ -286,7 +286,7 @@ impl FrontMatrix<'_> {
 
 /// A factored system.
 pub struct Factor<'a> {
-    values: &'a mut [f64],
+    values: &'a mut [f32],
 }
 
 impl<'a> Factor<'a> {
@@ -329,7 +329,9 @@ impl<'a> Factor<'a> {
             }
             partial_cholesky(values, m, own);
             let at = front.factor as usize;
-            self.values[at..at + own * m].copy_from_slice(&values[..own * m]);
+            for (kept, value) in self.values[at..at + own * m].iter_mut().zip(values.iter()) {
+                *kept = *value as f32;
+            }
             let side = m - own;
             for c in 0..side {
                 let from = (own + c) * m + own;
@@ -355,10 +357,10 @@ impl<'a> Factor<'a> {
             gather(part, y, front, symbolic);
             for c in 0..own {
                 let column = &columns[c * m..(c + 1) * m];
-                let value = part[c] / column[c];
+                let value = part[c] / f64::from(column[c]);
                 part[c] = value;
                 for (p, l) in part[c + 1..m].iter_mut().zip(&column[c + 1..]) {
-                    *p -= value * l;
+                    *p -= value * f64::from(*l);
                 }
             }
             spread(y, part, front, symbolic);
@@ -372,10 +374,10 @@ impl<'a> Factor<'a> {
                 let mut sums = [0.0; 4];
                 for (p, l) in part[c + 1..m].chunks(4).zip(column[c + 1..].chunks(4)) {
                     for ((s, p), l) in sums.iter_mut().zip(p).zip(l) {
-                        *s += p * l;
+                        *s += p * f64::from(*l);
                     }
                 }
-                part[c] = (part[c] - ((sums[0] + sums[1]) + (sums[2] + sums[3]))) / column[c];
+                part[c] = (part[c] - ((sums[0] + sums[1]) + (sums[2] + sums[3]))) / f64::from(column[c]);
             }
             let first = 2 * front.first as usize;
             y[first..first + own].copy_from_slice(&part[..own]);
@@ -439,7 +441,7 @@ fn partial_cholesky(a: &mut [f64], m: usize, own: usize) {
         for j in p..p + width {
             let (head, tail) = a.split_at_mut((j + 1) * m);
             let column = &mut head[j * m..];
-            let pivot = if column[j] > 0.0 { sqrt(column[j]) } else { 1e150 };
+            let pivot = if column[j] > 0.0 { sqrt(column[j]) } else { 1e30 };
             column[j] = pivot;
             let inverse = 1.0 / pivot;
             column[j + 1..m].iter_mut().for_each(|x| *x *= inverse);

@@ -66,9 +66,10 @@ struct Clash {
     area: f64,
 }
 
-/// Splits each overlapping chart once; returns how many faces overlapped before.
+/// Splits each overlapping chart once and marks a face of each part in `changed`; returns how many faces overlapped before.
 pub fn split_overlaps(
     cut: &mut [u8],
+    changed: &mut [u8],
     uv: &[DVec2],
     surface: &Surface,
     mut scratch: Scratch,
@@ -103,7 +104,7 @@ pub fn split_overlaps(
                 };
             }
         }
-        search.split(cut, side, node, queue, surface);
+        search.split(cut, changed, side, node, queue, surface);
         for f in (0..faces).filter(|f| chart[*f] == clash.chart) {
             side[f] = FREE;
         }
@@ -193,7 +194,15 @@ impl<'a> Search<'a> {
     }
 
     /// Splits the chart in which `side` names faces X and Y.
-    fn split(&mut self, cut: &mut [u8], side: &mut [u8], node: &[u32], queue: &mut [u32], surface: &Surface) -> bool {
+    fn split(
+        &mut self,
+        cut: &mut [u8],
+        changed: &mut [u8],
+        side: &mut [u8],
+        node: &[u32],
+        queue: &mut [u32],
+        surface: &Surface,
+    ) -> bool {
         for wanted in [X, Y] {
             self.corridor(side, wanted, cut, queue, surface);
         }
@@ -247,6 +256,8 @@ impl<'a> Search<'a> {
         while self.via[n as usize] != NONE {
             let c = self.via[n as usize];
             surface.set_cut(cut, c, true);
+            changed[(c / 3) as usize] = 1;
+            changed[(surface.twin[c as usize] / 3) as usize] = 1;
             let (p, q) = (node[c as usize], node[next(c) as usize]);
             n = if p == n { q } else { p };
         }
@@ -296,11 +307,7 @@ impl<'a> Search<'a> {
             *self.border.get_mut(len)? = at;
             self.position[node[at as usize] as usize] = len as u32;
             len += 1;
-            let mut out = next(at);
-            while let Some(t) = surface.across(cut, out) {
-                out = next(t);
-            }
-            at = out;
+            at = surface.following(cut, at);
             if at == first {
                 return Some(len);
             }

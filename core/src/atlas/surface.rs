@@ -84,6 +84,15 @@ impl<'a> Surface<'a> {
         self.twin[c as usize] == NONE || cut[c as usize] != 0
     }
 
+    /// The open half-edge that follows the open half-edge of `c` along the same border.
+    pub fn following(&self, cut: &[u8], c: u32) -> u32 {
+        let mut out = next(c);
+        while let Some(t) = self.across(cut, out) {
+            out = next(t);
+        }
+        out
+    }
+
     /// Sets or clears the cut on both sides of the edge of `c`.
     pub fn set_cut(&self, cut: &mut [u8], c: u32, value: bool) {
         cut[c as usize] = u8::from(value);

@@ -1,7 +1,7 @@
 //! Development harness.
 use glam::{DVec2, DVec3};
-use seamwright_core::atlas::{cut, energy::Rest, flatten, relax, seams, split, surface::Surface};
-use seamwright_core::base::scratch::Scratch;
+use seamwright_core::atlas::{energy::Rest, seams, surface::Surface};
+use seamwright_core::base::{scratch::Scratch, workers::Workers};
 use seamwright_core::mesh::{topology, view::MeshView};
 use std::time::Instant;
 
@@ -73,57 +73,19 @@ fn run(path: &str) {
     let surface = Surface::new(mesh, &twin, &rest, &cost, &mut scratch).unwrap();
     let t0 = Instant::now();
     let mut cut = vec![0u8; 3 * f.len()];
-    cut::cut_to_disks(&mut cut, &surface, scratch.frame()).unwrap();
-    let t1 = Instant::now();
     let mut uv = vec![DVec2::ZERO; 3 * f.len()];
-    flatten::tutte(&mut uv, &surface, &cut, scratch.frame()).unwrap();
-    let t2 = Instant::now();
-    let mut node = vec![0; 3 * f.len()];
-    let n = surface.wedges(&cut, &mut node);
-    let tri: Vec<[u32; 3]> = (0..f.len()).map(|i| [node[3 * i], node[3 * i + 1], node[3 * i + 2]]).collect();
-    let mut x = vec![DVec2::ZERO; n];
-    let mut at = vec![DVec3::ZERO; n];
-    for c in 0..3 * f.len() {
-        x[node[c] as usize] = uv[c];
-        at[node[c] as usize] = mesh.position(c as u32);
-    }
-    let piece = relax::Piece { triangles: &tri, rest: &rest, free: n, at: &at, springs: &[] };
-    let flips = tri.iter().zip(&rest).filter(|(t, r)| r.energy(t.map(|i| x[i as usize])).is_infinite()).count();
-    let r = relax::relax(&mut x, &piece, relax::Stop { steps: 100, tolerance: 1e-4 }, scratch.frame()).unwrap();
-    let t3 = Instant::now();
-    for c in 0..3 * f.len() {
-        uv[c] = x[node[c] as usize];
-    }
     let bound: f64 = std::env::var("BOUND").ok().and_then(|s| s.parse().ok()).unwrap_or(1.025);
-    let most: usize = std::env::var("MOST").ok().and_then(|s| s.parse().ok()).unwrap_or(3);
-    let mut rounds = 0;
-    let mut paths = 0;
-    loop {
-        let sd = seams::distortion(&uv, &surface);
-        if std::env::var("V").is_ok() {
-            println!("  {rounds}: {sd:.4} paths {paths}");
-        }
-        if sd <= bound || rounds > 60 {
-            break;
-        }
-        rounds += 1;
-        paths += seams::extend(&mut cut, &uv, &surface, most, 0.5, scratch.frame()).unwrap();
-        seams::relax_all(&mut uv, &surface, &cut, relax::Stop { steps: 5, tolerance: 1e-4 }, scratch.frame()).unwrap();
-    }
-    let t4 = Instant::now();
-    for _ in 0..40 {
-        let found = split::split_overlaps(&mut cut, &uv, &surface, scratch.frame()).unwrap();
-        if found == 0 {
-            break;
-        }
-        if std::env::var("V").is_ok() {
-            println!("  overlaps {found}");
-        }
-        seams::relax_all(&mut uv, &surface, &cut, relax::Stop { steps: 5, tolerance: 1e-4 }, scratch.frame()).unwrap();
-    }
-    let t5 = Instant::now();
-    println!("split {:?}", t5 - t4);
-    println!("  extend: {rounds} rounds {paths} paths sd {:.4} time {:?}", seams::distortion(&uv, &surface), t4 - t3);
+    seams::make_charts(
+        &mut uv,
+        &mut cut,
+        &surface,
+        seams::Budget { distortion: bound },
+        scratch.frame(),
+        &Two,
+        &mut || true,
+    )
+    .unwrap();
+    println!("{path} {:.4} {:?}", seams::distortion(&uv, &surface), t0.elapsed());
     {
         let name = std::path::Path::new(path).file_stem().unwrap().to_str().unwrap();
         let mut o = String::new();
@@ -162,45 +124,27 @@ fn run(path: &str) {
         std::fs::create_dir_all("/tmp/out").unwrap();
         std::fs::write(format!("/tmp/out/{name}.obj"), o).unwrap();
     }
-    let (mut chart, mut queue) = (vec![0; f.len()], vec![0; f.len()]);
-    let charts = surface.charts(&cut, &mut chart, &mut queue);
-    let (mut sl, mut vsl) = (0.0, 0.0);
-    for c in 0..3 * f.len() as u32 {
-        if cut[c as usize] != 0 && c < twin[c as usize] {
-            let (a, b) = (mesh.vertex(c), mesh.vertex(seamwright_core::mesh::view::next(c)));
-            sl += surface.length(c);
-            vsl += surface.length(c) * 0.5 * (ao[a as usize] + ao[b as usize]);
+}
+
+struct Two;
+impl Workers for Two {
+    fn run(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
+        if count < 2 {
+            return (0..count).for_each(task);
         }
+        let at = std::sync::atomic::AtomicUsize::new(0);
+        std::thread::scope(|s| {
+            for _ in 0..2 {
+                s.spawn(|| {
+                    loop {
+                        let i = at.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                        if i >= count {
+                            break;
+                        }
+                        task(i);
+                    }
+                });
+            }
+        });
     }
-    println!(
-        "{path}: ratio {:.3} bad {bad} charts {charts} chi {} flips {flips} energy {:.3} -> {:.4} ({} steps) SL {:.2} VSL {:.2}  cut {:?} tutte {:?} relax {:?}",
-        (vsl / sl) / {
-            let (mut l, mut v) = (0.0, 0.0);
-            for c in 0..3 * f.len() as u32 {
-                if twin[c as usize] == u32::MAX || c < twin[c as usize] {
-                    let (a, b) = (mesh.vertex(c), mesh.vertex(seamwright_core::mesh::view::next(c)));
-                    l += surface.length(c);
-                    v += surface.length(c) * 0.5 * (ao[a as usize] + ao[b as usize]);
-                }
-            }
-            v / l
-        },
-        n as i64 - {
-            let mut e = 0;
-            for c in 0..3 * f.len() as u32 {
-                if surface.is_open(&cut, c) || c < twin[c as usize] {
-                    e += 1;
-                }
-            }
-            e
-        } + f.len() as i64,
-        r.before / area / 4.0,
-        r.after / area / 4.0,
-        r.steps,
-        sl / area.sqrt(),
-        vsl / area.sqrt(),
-        t1 - t0,
-        t2 - t1,
-        t3 - t2
-    );
 }

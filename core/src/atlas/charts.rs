@@ -1,0 +1,228 @@
+//! Charts as pieces of their own: listed, taken out, worked on side by side, put back.
+//!
+//! A chart's nodes are its wedges, inner ones first, so that the first flattening holds a tail of the list and the
+//! relaxation frees all of it. Charts share nothing, so they are worked on in parallel and each gives the same bits
+//! alone.
+
+use super::energy::Rest;
+use super::flatten::tutte;
+use super::relax::{Piece, Relaxed, Stop, relax, relax_need};
+use super::surface::Surface;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::{Workers, for_each_chunk};
+use crate::mesh::view::{NONE, next};
+use glam::{DVec2, DVec3};
+
+/// Charts that are worked on at the same time.
+const LANES: usize = 8;
+
+/// The faces of each chart.
+pub struct Charts<'a> {
+    /// Chart of each face.
+    pub of_face: &'a [u32], // (f)
+    /// First face of each chart in `faces`.
+    pub start: &'a [u32], // (charts + 1)
+    /// Faces, chart after chart.
+    pub faces: &'a [u32], // (f)
+}
+
+impl<'a> Charts<'a> {
+    /// Lists the charts that `cut` leaves.
+    pub fn new(surface: &Surface, cut: &[u8], keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
+        let count = surface.mesh.faces.len();
+        let of_face = keep.take::<u32>(count)?;
+        let faces = keep.take::<u32>(count)?;
+        let charts = surface.charts(cut, of_face, faces);
+        let start = keep.take::<u32>(charts + 2)?;
+        for k in of_face.iter() {
+            start[*k as usize + 2] += 1;
+        }
+        for k in 2..charts + 2 {
+            start[k] += start[k - 1];
+        }
+        for (f, k) in of_face.iter().enumerate() {
+            let at = &mut start[*k as usize + 1];
+            faces[*at as usize] = f as u32;
+            *at += 1;
+        }
+        Ok(Self { of_face, start: &start[..charts + 1], faces })
+    }
+
+    /// Number of charts.
+    pub fn count(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// Faces of chart `k`.
+    pub fn faces_of(&self, k: usize) -> &'a [u32] {
+        &self.faces[self.start[k] as usize..self.start[k + 1] as usize]
+    }
+}
+
+/// What to do with a chart.
+#[derive(Clone, Copy)]
+pub enum Work {
+    /// Flatten anew, then relax.
+    Flatten(Stop),
+    /// Relax from where it is.
+    Relax(Stop),
+}
+
+/// One chart on its own.
+struct Job<'j> {
+    faces: &'j [u32],
+    triangles: &'j mut [[u32; 3]],
+    rest: &'j mut [Rest],
+    x: &'j mut [DVec2],
+    at: &'j mut [DVec3],
+    inner: usize,
+    border: &'j [u32], // corners whose half-edges are the border, in order
+    scratch: Option<Scratch<'j>>,
+    result: Result<Relaxed, ScratchTooSmall>,
+}
+
+/// Does `work` on each chart for which `wanted` answers true; `uv` stands at corners. Returns whether every such chart
+/// is free of flips.
+#[allow(clippy::too_many_arguments)]
+pub fn work_on(
+    uv: &mut [DVec2],
+    surface: &Surface,
+    cut: &[u8],
+    charts: &Charts,
+    wanted: impl Fn(usize) -> bool,
+    work: Work,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<bool, ScratchTooSmall> {
+    let corners = surface.mesh.corner_count();
+    let node = scratch.take::<u32>(corners)?;
+    let count = surface.wedges(cut, node);
+    let local = scratch.take_filled::<u32>(count, NONE)?; // place of a node in its chart
+    let on_border = scratch.take::<u8>(count)?;
+    for c in 0..corners as u32 {
+        if surface.is_open(cut, c) {
+            on_border[node[c as usize] as usize] = 1;
+            on_border[node[next(c) as usize] as usize] = 1;
+        }
+    }
+    let mut sound = true;
+    let mut k = 0;
+    while k < charts.count() {
+        let mut wave = scratch.frame();
+        let mut jobs = heapless::Vec::<Job, LANES>::new();
+        let mut members = heapless::Vec::<usize, LANES>::new();
+        while k < charts.count() && !jobs.is_full() {
+            if wanted(k) {
+                let faces = charts.faces_of(k);
+                let need = job_need(faces.len());
+                if wave.remaining() < need && !jobs.is_empty() {
+                    break;
+                }
+                let bytes = need.min(wave.remaining());
+                let mut part = wave.split(bytes)?;
+                let mut job = take_out(faces, node, local, on_border, uv, surface, cut, &mut part)?;
+                job.scratch = Some(part);
+                jobs.push(job).ok();
+                members.push(k).ok();
+            }
+            k += 1;
+        }
+        for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(work));
+        for job in &jobs {
+            let done = job.result?;
+            sound &= done.after.is_finite();
+            for (f, t) in job.faces.iter().zip(job.triangles.iter()) {
+                for i in 0..3 {
+                    uv[3 * *f as usize + i] = job.x[t[i] as usize];
+                }
+            }
+        }
+    }
+    Ok(sound)
+}
+
+/// Bytes for a chart of `faces` triangles.
+pub fn job_need(faces: usize) -> usize {
+    // A disk of t triangles has at most t + 2 nodes.
+    let nodes = faces + 2;
+    bytes_for::<[u32; 3]>(faces)
+        + bytes_for::<Rest>(faces)
+        + bytes_for::<DVec2>(nodes)
+        + bytes_for::<DVec3>(nodes)
+        + 2 * bytes_for::<u32>(nodes)
+        + relax_need(nodes, faces, 3 * faces)
+}
+
+#[allow(clippy::too_many_arguments)]
+fn take_out<'j>(
+    faces: &'j [u32],
+    node: &[u32],
+    local: &mut [u32],
+    on_border: &[u8],
+    uv: &[DVec2],
+    surface: &Surface,
+    cut: &[u8],
+    scratch: &mut Scratch<'j>,
+) -> Result<Job<'j>, ScratchTooSmall> {
+    let corners = || faces.iter().flat_map(|f| 3 * f..3 * f + 3);
+    let mut count = 0;
+    let mut inner = 0;
+    for border in [0, 1] {
+        for c in corners() {
+            let n = node[c as usize] as usize;
+            if local[n] == NONE && on_border[n] == border {
+                local[n] = count;
+                count += 1;
+            }
+        }
+        if border == 0 {
+            inner = count as usize;
+        }
+    }
+    let triangles = scratch.take::<[u32; 3]>(faces.len())?;
+    let rest = scratch.take::<Rest>(faces.len())?;
+    let x = scratch.take::<DVec2>(count as usize)?;
+    let at = scratch.take::<DVec3>(count as usize)?;
+    for (k, f) in faces.iter().enumerate() {
+        rest[k] = surface.rest[*f as usize];
+        for i in 0..3 {
+            let c = 3 * *f as usize + i;
+            let n = local[node[c] as usize];
+            triangles[k][i] = n;
+            x[n as usize] = uv[c];
+            at[n as usize] = surface.mesh.position(c as u32);
+        }
+    }
+    let border = scratch.take::<u32>(count as usize - inner)?;
+    if let Some(first) = corners().find(|c| surface.is_open(cut, *c)) {
+        let mut c = first;
+        for slot in border.iter_mut() {
+            *slot = 3 * local_face(faces, c / 3) + c % 3;
+            c = surface.following(cut, c);
+        }
+    }
+    Ok(Job { faces, triangles, rest, x, at, inner, border, scratch: None, result: Ok(Relaxed::default()) })
+}
+
+/// Place of a face in the ascending list of its chart's faces.
+fn local_face(faces: &[u32], face: u32) -> u32 {
+    faces.partition_point(|f| *f < face) as u32
+}
+
+impl Job<'_> {
+    fn run(&mut self, work: Work) {
+        let Some(scratch) = self.scratch.take() else { return };
+        self.result = self.done(work, scratch);
+    }
+
+    fn done(&mut self, work: Work, mut scratch: Scratch) -> Result<Relaxed, ScratchTooSmall> {
+        let piece = Piece { triangles: self.triangles, rest: self.rest, free: self.x.len(), at: self.at, springs: &[] };
+        match work {
+            Work::Relax(stop) => relax(self.x, &piece, stop, scratch),
+            Work::Flatten(stop) => {
+                tutte(self.x, &piece, self.inner, self.border, scratch.frame())?;
+                relax(self.x, &piece, stop, scratch)
+            }
+        }
+    }
+}
