@@ -7,6 +7,7 @@
 //! Limit: a pivot that is not positive is replaced by a huge one, which holds that unknown where it is.
 
 use crate::base::real::sqrt;
+use crate::base::vector::wide;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
@@ -327,7 +328,7 @@ impl<'a> Factor<'a> {
                 top -= side * side;
                 extend_add(values, m, &stack[top..top + side * side], child, symbolic, local);
             }
-            partial_cholesky(values, m, own);
+            wide(#[inline(always)] || partial_cholesky(values, m, own));
             let at = front.factor as usize;
             for (kept, value) in self.values[at..at + own * m].iter_mut().zip(values.iter()) {
                 *kept = *value as f32;
@@ -434,6 +435,7 @@ fn extend_add(values: &mut [f64], m: usize, update: &[f64], child: &Front, symbo
 }
 
 /// Eliminates the first `own` columns of the dense lower triangle `a` (m x m, by columns).
+#[inline(always)]
 fn partial_cholesky(a: &mut [f64], m: usize, own: usize) {
     let mut p = 0;
     while p < own {
@@ -474,7 +476,7 @@ fn partial_cholesky(a: &mut [f64], m: usize, own: usize) {
 }
 
 /// column -= sum over the panel's columns of its entry at row k times its rows from k on.
-#[inline]
+#[inline(always)]
 fn subtract_panel(column: &mut [f64], panel: &[f64], m: usize, k: usize) {
     let n = column.len();
     let l: [&[f64]; PANEL] = core::array::from_fn(|j| &panel[j * m + k..j * m + k + n]);

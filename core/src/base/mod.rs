@@ -6,4 +6,5 @@ pub mod random;
 pub mod real;
 pub mod scratch;
 pub mod union_find;
+pub mod vector;
 pub mod workers;
