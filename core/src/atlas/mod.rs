@@ -4,6 +4,7 @@ pub mod charts;
 pub mod cut;
 pub mod energy;
 pub mod flatten;
+pub mod pieces;
 pub mod relax;
 pub mod seams;
 pub mod sparse;

@@ -1,13 +1,14 @@
 //! Seam optimisation: one budget of distortion, spent where it hides most.
 
-use super::charts::{Charts, Work, work_on};
+use super::charts::{Charts, Work, job_need, work_on};
 use super::cut::{Paths, cut_to_disks};
 use super::relax::Stop;
 use super::split::split_overlaps;
 use super::surface::Surface;
 use crate::base::real::sqrt;
-use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
+use crate::mesh::overlap::overlaps_need;
 use crate::mesh::view::next;
 use glam::DVec2;
 
@@ -43,6 +44,16 @@ const ROUND_STOP: Stop = Stop { steps: 5, tolerance: 1e-4 };
 const FIRST_STOP: Stop = Stop { steps: 60, tolerance: 1e-3 };
 /// Newton steps at the end.
 const LAST_STOP: Stop = Stop { steps: 30, tolerance: 1e-6 };
+
+/// Scratch bytes that [`make_charts`] asks for.
+pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
+    let corners = 3 * faces;
+    let lists = bytes_for::<u8>(faces) + 3 * bytes_for::<u32>(faces + 2);
+    let growing = 12 * bytes_for::<f64>(vertices) + 12 * bytes_for::<u32>(vertices) + bytes_for::<[u64; 2]>(corners);
+    let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
+    let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
+    lists + growing.max(splitting).max(jobs)
+}
 
 /// Cuts and flattens the surface: writes `cut` (one flag a half-edge) and `uv` (one point a corner).
 pub fn make_charts(

@@ -7,8 +7,8 @@
 //! Limit: a pivot that is not positive is replaced by a huge one, which holds that unknown where it is.
 
 use crate::base::real::sqrt;
-use crate::base::vector::wide;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::vector::wide;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
@@ -328,7 +328,10 @@ impl<'a> Factor<'a> {
                 top -= side * side;
                 extend_add(values, m, &stack[top..top + side * side], child, symbolic, local);
             }
-            wide(#[inline(always)] || partial_cholesky(values, m, own));
+            wide(
+                #[inline(always)]
+                || partial_cholesky(values, m, own),
+            );
             let at = front.factor as usize;
             for (kept, value) in self.values[at..at + own * m].iter_mut().zip(values.iter()) {
                 *kept = *value as f32;

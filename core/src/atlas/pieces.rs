@@ -1,0 +1,234 @@
+//! The connected pieces of a mesh, laid out one after the other, each made into charts on its own.
+//!
+//! Forced cuts are borders here: a piece is what hangs together without crossing one, and its vertices are the wedges
+//! that they leave. Pieces share nothing, so small ones are worked on side by side; a large one has all workers to itself.
+
+use super::energy::Rest;
+use super::seams::{Budget, SeamError, make_charts, make_charts_need};
+use super::surface::Surface;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::{Serial, Workers, for_each_chunk};
+use crate::mesh::view::{MeshView, NONE};
+use glam::{DVec2, DVec3};
+
+/// Pieces of at most this share of all faces are worked on side by side.
+const SMALL: usize = 8;
+/// Pieces that are worked on at the same time.
+const LANES: usize = 8;
+/// Added to every edge length of a rest shape, in units of the mesh's largest side: gives flat faces a shape.
+const MOLLIFY: f64 = 1e-7;
+
+/// All pieces; indices are local to a piece.
+pub struct Pieces<'a> {
+    face_start: &'a [u32],   // (pieces + 1)
+    vertex_start: &'a [u32], // (pieces + 1)
+    faces: &'a [[u32; 3]],   // (f)
+    positions: &'a [DVec3],  // (n)
+    twin: &'a [u32],         // (3 f)
+    rest: &'a [Rest],        // (f)
+    cost: &'a [f64],         // (3 f)
+    /// Corner of the given mesh that each corner here stands for.
+    pub source: &'a [u32], // (3 f)
+}
+
+/// Scratch bytes that [`Pieces::new`] keeps or uses.
+pub const fn pieces_need(faces: usize) -> usize {
+    let corners = 3 * faces;
+    // Kept: faces, twin, source, cost, rest, positions, two starts; used: wedge of each corner, chart, queue, two maps.
+    bytes_for::<[u32; 3]>(faces)
+        + 2 * bytes_for::<u32>(corners)
+        + bytes_for::<f64>(corners)
+        + bytes_for::<Rest>(faces)
+        + bytes_for::<DVec3>(corners)
+        + 2 * bytes_for::<u32>(faces + 2)
+        + 4 * bytes_for::<u32>(corners)
+        + 4 * bytes_for::<u32>(faces + 2)
+}
+
+impl<'a> Pieces<'a> {
+    /// Lays out the pieces of an oriented manifold. `forced` flags half-edges (both twins) that are cuts from the start;
+    /// `cost` is what cutting a half-edge costs.
+    pub fn new(
+        mesh: MeshView,
+        twin: &[u32],
+        forced: &[u8],
+        cost: &[f64],
+        keep: &mut Scratch<'a>,
+    ) -> Result<Self, ScratchTooSmall> {
+        let (count, corners) = (mesh.faces.len(), mesh.corner_count());
+        let faces = keep.take::<[u32; 3]>(count)?;
+        let local_twin = keep.take_filled::<u32>(corners, NONE)?;
+        let source = keep.take::<u32>(corners)?;
+        let local_cost = keep.take::<f64>(corners)?;
+        let rest = keep.take::<Rest>(count)?;
+        let bare = Surface { mesh, twin, rest: &[], cost, start: &[], corners: &[] };
+        // Starts are as long as there are pieces: find those first, in a frame.
+        let pieces = {
+            let mut frame = keep.frame();
+            let (piece, queue) = (frame.take::<u32>(count)?, frame.take::<u32>(count)?);
+            bare.charts(forced, piece, queue)
+        };
+        let face_start = keep.take::<u32>(pieces + 1)?;
+        let vertex_start = keep.take::<u32>(pieces + 1)?;
+        let nodes = {
+            let mut frame = keep.frame();
+            bare.wedges(forced, frame.take::<u32>(corners)?)
+        };
+        let positions = keep.take::<DVec3>(nodes)?;
+        let mut frame = keep.frame();
+        let piece = frame.take::<u32>(count)?;
+        let place = frame.take::<u32>(count)?; // of each face in its new order; a queue before that
+        bare.charts(forced, piece, place);
+        let node = frame.take::<u32>(corners)?;
+        bare.wedges(forced, node);
+        for p in piece.iter() {
+            face_start[*p as usize + 1] += 1;
+        }
+        for p in 0..pieces {
+            face_start[p + 1] += face_start[p];
+        }
+        let next_face = frame.take::<u32>(pieces)?;
+        next_face.copy_from_slice(&face_start[..pieces]);
+        for (f, p) in piece.iter().enumerate() {
+            let at = &mut next_face[*p as usize];
+            place[f] = *at;
+            for i in 0..3 {
+                source[3 * *at as usize + i] = (3 * f + i) as u32;
+            }
+            *at += 1;
+        }
+        let local = frame.take_filled::<u32>(nodes, NONE)?;
+        let mut total = 0;
+        for p in 0..pieces {
+            vertex_start[p] = total;
+            for slot in 3 * face_start[p] as usize..3 * face_start[p + 1] as usize {
+                let c = source[slot];
+                let id = &mut local[node[c as usize] as usize];
+                if *id == NONE {
+                    *id = total - vertex_start[p];
+                    positions[total as usize] = mesh.position(c);
+                    total += 1;
+                }
+                faces[slot / 3][slot % 3] = *id;
+                local_cost[slot] = cost[c as usize];
+                if let Some(t) = bare.across(forced, c) {
+                    local_twin[slot] = 3 * (place[(t / 3) as usize] - face_start[p]) + t % 3;
+                }
+            }
+        }
+        vertex_start[pieces] = total;
+        for (r, corner) in rest.iter_mut().zip(source.chunks_exact(3)) {
+            *r = Rest::new([0, 1, 2].map(|i| mesh.position(corner[i])), MOLLIFY);
+        }
+        Ok(Self { face_start, vertex_start, faces, positions, twin: local_twin, rest, cost: local_cost, source })
+    }
+
+    /// Number of pieces.
+    pub fn count(&self) -> usize {
+        self.face_start.len() - 1
+    }
+
+    /// Places of the corners of piece `p` in arrays over all corners.
+    pub fn corners(&self, p: usize) -> core::ops::Range<usize> {
+        3 * self.face_start[p] as usize..3 * self.face_start[p + 1] as usize
+    }
+
+    /// Rest shapes of all faces.
+    pub fn rest(&self) -> &'a [Rest] {
+        self.rest
+    }
+
+    /// Piece `p` as a surface; lists its vertices' corners in `keep`.
+    pub fn surface<'s>(&'s self, p: usize, keep: &mut Scratch<'s>) -> Result<Surface<'s>, ScratchTooSmall> {
+        let corners = self.corners(p);
+        let faces = corners.start / 3..corners.end / 3;
+        let vertices = self.vertex_start[p] as usize..self.vertex_start[p + 1] as usize;
+        let mesh = MeshView { positions: &self.positions[vertices], faces: &self.faces[faces.clone()] };
+        Surface::new(mesh, &self.twin[corners.clone()], &self.rest[faces], &self.cost[corners], keep)
+    }
+}
+
+/// Scratch bytes that [`unwrap_pieces`] asks for.
+pub fn unwrap_pieces_need(pieces: &Pieces) -> usize {
+    (0..pieces.count()).map(|p| piece_need(pieces, p)).max().unwrap_or(0)
+}
+
+fn piece_need(pieces: &Pieces, p: usize) -> usize {
+    let (faces, vertices) =
+        (pieces.corners(p).len() / 3, (pieces.vertex_start[p + 1] - pieces.vertex_start[p]) as usize);
+    surface_need(faces, vertices) + make_charts_need(faces, vertices)
+}
+
+const fn surface_need(faces: usize, vertices: usize) -> usize {
+    bytes_for::<u32>(vertices + 2) + bytes_for::<u32>(3 * faces)
+}
+
+/// One piece at work.
+struct Job<'j> {
+    piece: usize,
+    uv: &'j mut [DVec2],
+    cut: &'j mut [u8],
+    scratch: Option<Scratch<'j>>,
+    result: Result<(), SeamError>,
+}
+
+/// Makes charts of every piece: `uv` and `cut` have one entry a corner, in the order of the pieces.
+pub fn unwrap_pieces(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    pieces: &Pieces,
+    budget: Budget,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut(usize) -> bool,
+) -> Result<(), SeamError> {
+    scratch.require(unwrap_pieces_need(pieces))?;
+    let total = pieces.faces.len();
+    let mut p = 0;
+    while p < pieces.count() {
+        let corners = pieces.corners(p);
+        if SMALL * corners.len() / 3 > total {
+            let mut frame = scratch.frame();
+            let surface = pieces.surface(p, &mut frame)?;
+            let (uv, cut) = (&mut uv[corners.clone()], &mut cut[corners]);
+            make_charts(uv, cut, &surface, budget, frame, workers, &mut || proceed(p))?;
+            p += 1;
+            continue;
+        }
+        if !proceed(p) {
+            return Err(SeamError::Stopped);
+        }
+        let mut wave = scratch.frame();
+        let mut jobs = heapless::Vec::<Job, LANES>::new();
+        let first = corners.start;
+        let (mut uv_left, mut cut_left) = (&mut uv[first..], &mut cut[first..]);
+        while p < pieces.count() && !jobs.is_full() {
+            let len = pieces.corners(p).len();
+            let need = piece_need(pieces, p);
+            if SMALL * len / 3 > total || (wave.remaining() < need && !jobs.is_empty()) {
+                break;
+            }
+            let (uv, rest) = uv_left.split_at_mut(len);
+            uv_left = rest;
+            let (cut, rest) = cut_left.split_at_mut(len);
+            cut_left = rest;
+            jobs.push(Job { piece: p, uv, cut, scratch: Some(wave.split(need)?), result: Ok(()) }).ok();
+            p += 1;
+        }
+        for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(pieces, budget));
+        for job in &jobs {
+            job.result?;
+        }
+    }
+    Ok(())
+}
+
+impl Job<'_> {
+    fn run(&mut self, pieces: &Pieces, budget: Budget) {
+        let Some(mut scratch) = self.scratch.take() else { return };
+        self.result = (|| {
+            let surface = pieces.surface(self.piece, &mut scratch)?;
+            make_charts(self.uv, self.cut, &surface, budget, scratch, &Serial, &mut || true)
+        })();
+    }
+}
