@@ -25,26 +25,28 @@ pub const fn triangulate_need(n: usize) -> usize {
 /// Fills `triangles` (n - 2 entries, none for n < 3) with corners of the polygon whose corners lie at `points`.
 ///
 /// The fan (0, i, i + 1) wherever all its triangles have positive area along the Newell normal, or there is no normal.
+/// Returns whether the triangles tile the polygon as far as can be told: all have positive area, and none was clipped
+/// off with another corner inside.
 pub fn triangulate(
     triangles: &mut [[u32; 3]], // (n - 2)
     points: &[DVec3],           // (n)
     mut scratch: Scratch,
-) -> Result<(), ScratchTooSmall> {
+) -> Result<bool, ScratchTooSmall> {
     scratch.require(triangulate_need(points.len()))?;
     if points.len() < 3 {
-        return Ok(());
+        return Ok(false);
     }
     let normal = newell(points);
-    if normal == DVec3::ZERO || fan_is_positive(points, normal) {
+    let positive = fan_is_positive(points, normal);
+    if positive || normal == DVec3::ZERO {
         for (t, triangle) in triangles.iter_mut().enumerate() {
             *triangle = [0, t as u32 + 1, t as u32 + 2];
         }
-        return Ok(());
+        return Ok(positive);
     }
     let plane = scratch.take::<DVec2>(points.len())?;
     project(plane, points, normal);
-    clip(triangles, Ring::new(plane, &mut scratch)?);
-    Ok(())
+    Ok(clip(triangles, Ring::new(plane, &mut scratch)?))
 }
 
 /// Joins the sides that the `triangles` of one polygon share: `twin` (3 a triangle) is set to NONE on the polygon's
@@ -115,9 +117,10 @@ enum Rule {
     Any,
 }
 
-fn clip(triangles: &mut [[u32; 3]], mut ring: Ring) {
-    let Some((last, ears)) = triangles.split_last_mut() else { return };
-    let mut at = 0;
+/// Returns whether the strictest rule was enough.
+fn clip(triangles: &mut [[u32; 3]], mut ring: Ring) -> bool {
+    let Some((last, ears)) = triangles.split_last_mut() else { return false };
+    let (mut at, mut clean) = (0, true);
     for (t, triangle) in ears.iter_mut().enumerate() {
         let left = ring.plane.len() - t;
         let mut rule = if ring.effort < EFFORT { Rule::Clean } else { Rule::NotNegative };
@@ -134,12 +137,14 @@ fn clip(triangles: &mut [[u32; 3]], mut ring: Ring) {
                 };
             }
         }
+        clean &= rule == Rule::Clean;
         *triangle = ring.triangle(at);
         ring.remove(at);
         // One corner further than the neighbour: neighbouring ears one after the other would make a narrow fan.
         at = ring.next[triangle[2] as usize];
     }
     *last = ring.triangle(at);
+    clean && ring.is_ear(at, Rule::Clean)
 }
 
 /// The corners that are left, linked both ways, and the ones among them that can lie inside an ear.
@@ -245,11 +250,15 @@ mod tests {
     use std::{assert, assert_eq, vec};
 
     fn triangulated(points: &[DVec3]) -> Vec<[u32; 3]> {
+        tiled(points).0
+    }
+
+    fn tiled(points: &[DVec3]) -> (Vec<[u32; 3]>, bool) {
         let mut triangles = vec![[NONE; 3]; points.len().saturating_sub(2)];
         let mut bytes = vec![0u8; triangulate_need(points.len())];
-        triangulate(&mut triangles, points, Scratch::new(&mut bytes)).unwrap();
+        let clean = triangulate(&mut triangles, points, Scratch::new(&mut bytes)).unwrap();
         assert!(triangles.iter().flatten().all(|&i| (i as usize) < points.len()));
-        triangles
+        (triangles, clean)
     }
 
     fn flat(points: &[(f64, f64)]) -> Vec<DVec3> {
@@ -264,7 +273,9 @@ mod tests {
     /// All triangles positive, and together as large as the polygon: with n - 2 of them over its own corners that is
     /// a triangulation.
     fn assert_tiles(points: &[DVec3]) {
-        let areas = areas(points, &triangulated(points));
+        let (triangles, clean) = tiled(points);
+        assert!(clean);
+        let areas = areas(points, &triangles);
         let whole = newell(points).z / 2.0;
         assert!(areas.iter().all(|a| *a > 0.0), "{areas:?}");
         assert!((areas.iter().sum::<f64>() - whole).abs() <= 1e-12 * whole);
@@ -361,7 +372,8 @@ mod tests {
         let huge = flat(&[(1e300, 0.), (0., 1e300), (-1e300, 0.), (0., -1e300), (0., 0.)]);
         for points in [bow, line, spike, nan, huge, vec![DVec3::ONE; 6]] {
             let mut twin = vec![0; 3 * (points.len() - 2)];
-            let triangles = triangulated(&points);
+            let (triangles, clean) = tiled(&points);
+            assert!(!clean);
             link_diagonals(&mut twin, &triangles, 0, &mut vec![0; points.len()]);
             assert_eq!(twin.iter().filter(|t| **t != NONE).count(), 2 * (points.len() - 3));
         }
