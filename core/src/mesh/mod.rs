@@ -1,6 +1,16 @@
-//! Meshes: views, adjacency, repair.
+//! Meshes: views, adjacency, and the repair that turns any polygons into manifolds.
 
 pub mod grid;
 pub mod overlap;
+pub mod loops;
+pub mod polygon;
+pub mod repair;
 pub mod topology;
 pub mod view;
+
+mod facets; // the steps of `repair`
+mod manifold;
+mod orient;
+#[cfg(test)]
+mod repair_tests;
+mod weld;

@@ -1,0 +1,243 @@
+//! The triangles of the working copy, polygon after polygon, with their diagonals paired.
+//!
+//! Corners that repeat the vertex before them, and spikes (a, b, a), are left out of a polygon before it is
+//! triangulated. A polygon that still meets a vertex twice is a hole joined to its outline by a slit, and stays whole if
+//! triangles tile it; otherwise it is pinched, and falls into rings that meet each vertex once.
+//! So every triangle has three different vertices, and all triangles of one ring hang together by diagonals.
+
+use super::polygon::{link_diagonals, triangulate, triangulate_need};
+use super::repair::{Polygons, UnitBox};
+use super::view::NONE;
+use crate::base::random;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use glam::DVec3;
+
+/// The working mesh while it is being made; vertices are welded input vertices until they are split.
+pub(super) struct Draft<'a> {
+    pub faces: &'a mut [[u32; 3]],    // (f)
+    pub corner_source: &'a mut [u32], // (3 f)
+    pub polygon: &'a mut [u32],       // (f)
+    pub twin: &'a mut [u32],          // (3 f)
+    pub fixed: &'a mut [u8],          // (3 f)
+}
+
+impl<'a> Draft<'a> {
+    pub const fn need(faces: usize) -> usize {
+        bytes_for::<[u32; 3]>(faces)
+            .saturating_add(bytes_for::<u32>(faces))
+            .saturating_add(bytes_for::<u32>(faces.saturating_mul(3)).saturating_mul(2))
+            .saturating_add(bytes_for::<u8>(faces.saturating_mul(3)))
+    }
+
+    pub fn take(out: &mut Scratch<'a>, faces: usize) -> Result<Self, ScratchTooSmall> {
+        Ok(Self {
+            faces: out.take(faces)?,
+            corner_source: out.take(3 * faces)?,
+            polygon: out.take(faces)?,
+            twin: out.take(3 * faces)?,
+            fixed: out.take(3 * faces)?,
+        })
+    }
+
+    /// The first `faces` of it.
+    pub fn shorten(self, faces: usize) -> Self {
+        Self {
+            faces: &mut self.faces[..faces],
+            corner_source: &mut self.corner_source[..3 * faces],
+            polygon: &mut self.polygon[..faces],
+            twin: &mut self.twin[..3 * faces],
+            fixed: &mut self.fixed[..3 * faces],
+        }
+    }
+
+    pub fn vertex(&self, h: u32) -> u32 {
+        self.faces[(h / 3) as usize][(h % 3) as usize]
+    }
+
+    /// The faces of the polygon that `face` belongs to.
+    pub fn polygon_faces(&self, face: usize) -> core::ops::Range<usize> {
+        let same = |f: &usize| self.polygon[*f] == self.polygon[face];
+        let first = (0..face).rev().take_while(same).last().unwrap_or(face);
+        let last = (face..self.faces.len()).take_while(same).last().unwrap_or(face);
+        first..last + 1
+    }
+}
+
+/// Mark of a half-edge that is a polygon's diagonal.
+pub(super) const DIAGONAL: u8 = 1;
+
+/// Scratch bytes for [`facets`]: `n` vertices, polygons of at most `longest` corners.
+pub(super) const fn facets_need(n: usize, longest: usize) -> usize {
+    bytes_for::<u32>(n)
+        .saturating_add(bytes_for::<u32>(longest).saturating_mul(3))
+        .saturating_add(bytes_for::<DVec3>(longest))
+        .saturating_add(bytes_for::<[u32; 3]>(longest))
+        .saturating_add(triangulate_need(longest))
+}
+
+/// Fills `draft` with the triangles of all polygons and `signature` (one a polygon) with a hash of its set of
+/// vertices. Returns the number of triangles and of polygons without any.
+pub(super) fn facets(
+    draft: &mut Draft,
+    signature: &mut [u64],
+    input: &Polygons,
+    same: &[u32], // the lowest vertex at the place of each vertex
+    unit: &UnitBox,
+    longest: usize,
+    mut scratch: Scratch,
+) -> Result<(usize, usize), ScratchTooSmall> {
+    let seen = scratch.take_filled::<u32>(same.len(), NONE)?;
+    let mut facets = Facets {
+        input,
+        same,
+        unit,
+        draft,
+        count: 0,
+        points: scratch.take(longest)?,
+        triangles: scratch.take(longest)?,
+        behind: scratch.take(longest)?,
+    };
+    let (ring, stack) = (scratch.take::<u32>(longest)?, scratch.take::<u32>(longest)?);
+    let mut dropped = 0;
+    for (p, corners) in input.polygons().enumerate() {
+        let before = facets.count;
+        let length = facets.reduce(ring, corners);
+        let ring = &ring[..length];
+        signature[p] = ring.iter().fold(0, |sum, &c| sum.wrapping_add(random::hash(0, 0, facets.vertex(c).into())));
+        if length >= 3 {
+            let tiled = facets.triangulate(ring, &mut scratch)?;
+            if !tiled && facets.meets_a_vertex_twice(ring, seen) {
+                facets.unpinch(p as u32, ring, stack, seen, &mut scratch)?;
+            } else {
+                facets.append(p as u32, ring);
+            }
+        }
+        dropped += usize::from(facets.count == before);
+    }
+    Ok((facets.count, dropped))
+}
+
+struct Facets<'s, 'd> {
+    input: &'s Polygons<'s>,
+    same: &'s [u32],
+    unit: &'s UnitBox,
+    draft: &'s mut Draft<'d>,
+    count: usize,
+    points: &'s mut [DVec3],
+    triangles: &'s mut [[u32; 3]],
+    behind: &'s mut [u32],
+}
+
+impl Facets<'_, '_> {
+    fn vertex(&self, corner: u32) -> u32 {
+        self.same[self.input.corners[corner as usize] as usize]
+    }
+
+    /// Fills `ring` with the corners that stay after repeats and spikes are taken out, the first of each where there
+    /// is a choice. Returns how many.
+    fn reduce(&self, ring: &mut [u32], corners: core::ops::Range<u32>) -> usize {
+        let mut end = 0;
+        for corner in corners {
+            let v = self.vertex(corner);
+            if end >= 1 && self.vertex(ring[end - 1]) == v {
+                continue;
+            }
+            if end >= 2 && self.vertex(ring[end - 2]) == v {
+                end -= 1;
+                continue;
+            }
+            ring[end] = corner;
+            end += 1;
+        }
+        // The same where the end meets the beginning.
+        let mut start = 0;
+        loop {
+            let at = |i: usize| self.vertex(ring[i]);
+            if end - start >= 2 && at(end - 1) == at(start) {
+                end -= 1;
+            } else if end - start >= 3 && at(end - 2) == at(start) {
+                end -= 2;
+            } else if end - start >= 3 && at(end - 1) == at(start + 1) {
+                start += 1;
+                end -= 1;
+            } else {
+                break;
+            }
+        }
+        ring.copy_within(start..end, 0);
+        end - start
+    }
+
+    fn meets_a_vertex_twice(&self, ring: &[u32], seen: &mut [u32]) -> bool {
+        if ring.len() < 6 {
+            return false; // it would have a spike
+        }
+        let mut twice = false;
+        for &c in ring {
+            twice |= core::mem::replace(&mut seen[self.vertex(c) as usize], c) != NONE;
+        }
+        ring.iter().for_each(|&c| seen[self.vertex(c) as usize] = NONE);
+        twice
+    }
+
+    fn triangulate(&mut self, ring: &[u32], scratch: &mut Scratch) -> Result<bool, ScratchTooSmall> {
+        for (point, &c) in self.points.iter_mut().zip(ring) {
+            *point = self.unit.place(self.input.positions[self.input.corners[c as usize] as usize]);
+        }
+        triangulate(&mut self.triangles[..ring.len() - 2], &self.points[..ring.len()], scratch.frame())
+    }
+
+    /// Cuts `ring` into rings that meet no vertex twice, and triangulates each. Each time a vertex is met again, the
+    /// corners since it was met first are a ring, and its later corner stands in the rest.
+    fn unpinch(
+        &mut self,
+        polygon: u32,
+        ring: &[u32],
+        stack: &mut [u32],
+        seen: &mut [u32], // where on the stack a vertex stands
+        scratch: &mut Scratch,
+    ) -> Result<(), ScratchTooSmall> {
+        let mut height = 0;
+        for &c in ring {
+            let first = seen[self.vertex(c) as usize];
+            if first != NONE {
+                let first = first as usize;
+                self.add_ring(polygon, &stack[first..height], scratch)?;
+                stack[first + 1..height].iter().for_each(|&c| seen[self.vertex(c) as usize] = NONE);
+                height = first;
+            }
+            seen[self.vertex(c) as usize] = height as u32;
+            stack[height] = c;
+            height += 1;
+        }
+        stack[..height].iter().for_each(|&c| seen[self.vertex(c) as usize] = NONE);
+        self.add_ring(polygon, &stack[..height], scratch)
+    }
+
+    fn add_ring(&mut self, polygon: u32, ring: &[u32], scratch: &mut Scratch) -> Result<(), ScratchTooSmall> {
+        if ring.len() >= 3 {
+            self.triangulate(ring, scratch)?;
+            self.append(polygon, ring);
+        }
+        Ok(())
+    }
+
+    /// Puts the triangles of `ring` at the end of the draft.
+    fn append(&mut self, polygon: u32, ring: &[u32]) {
+        let triangles = &self.triangles[..ring.len() - 2];
+        let halves = 3 * self.count..3 * (self.count + triangles.len());
+        let twin = &mut self.draft.twin[halves.clone()];
+        link_diagonals(twin, triangles, halves.start as u32, &mut self.behind[..ring.len()]);
+        for (mark, twin) in self.draft.fixed[halves.clone()].iter_mut().zip(twin) {
+            *mark = if *twin == NONE { 0 } else { DIAGONAL };
+        }
+        for (source, &i) in self.draft.corner_source[halves].iter_mut().zip(triangles.as_flattened()) {
+            *source = ring[i as usize];
+        }
+        for t in triangles {
+            self.draft.faces[self.count] = t.map(|i| self.vertex(ring[i as usize]));
+            self.draft.polygon[self.count] = polygon;
+            self.count += 1;
+        }
+    }
+}

@@ -1,0 +1,382 @@
+//! From the user's polygons to a working mesh that every later stage can rely on.
+//!
+//! Weld, triangulate, join faces at edges, orient, split what is not manifold; each step has its file. Only the
+//! working copy changes: every working corner names the input corner that it stands for.
+//! Guaranteed: every component is an oriented 2-manifold with boundary; an edge, named by its two vertices, has one
+//! half-edge or two twins of opposite direction (so `topology::twins` finds the same twins); the corners at a vertex are
+//! one fan; no face has a vertex twice; the triangles of a polygon hang together, so that its corners keep one UV each.
+//! Scaling the input by a power of two changes no bit of the result but `extent` and `centre`.
+//! Limits: faces of zero area stay, since taking them out would open cracks; vertices that are near one another but not
+//! equal stay apart. Faces that are turned round against the input have a mirrored UV in the eyes of a reader that goes
+//! by the file's order of corners.
+
+use super::facets::{Draft, facets, facets_need};
+use super::loops::{border_count, count_loops};
+use super::manifold::{Pull, Untangled, join_crowds, join_pairs, sort_edges, split_vertices, untangle};
+use super::orient::{cut_conflicts, orient, orient_need};
+use super::view::{MeshView, NONE, next};
+use super::weld::{weld, weld_need};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::union_find::UnionFind;
+use glam::{DVec2, DVec3};
+
+/// A face whose height over its longest side is below this share of that side counts as one of zero area. It is only
+/// counted: 1e-12 would leave out caps that one rounding moves, 1e-6 would count slivers that flatten well.
+pub const FLAT: f64 = 1e-9;
+
+/// Mark in [`Working::fixed`]: a diagonal inside a polygon, never to be cut.
+pub const DIAGONAL: u8 = super::facets::DIAGONAL;
+/// Mark in [`Working::fixed`]: a border of the UVs that the input came with, to be cut whatever it costs.
+pub const FORCED: u8 = 2;
+
+/// The user's polygons, nothing merged.
+#[derive(Clone, Copy)]
+pub struct Polygons<'a> {
+    /// Vertex positions in the user's units.
+    pub positions: &'a [DVec3], // (n)
+    /// Vertex index of each polygon corner, polygon after polygon.
+    pub corners: &'a [u32], // (c)
+    /// First corner of each polygon, and the number of corners at the end.
+    pub polygon_start: &'a [u32], // (p + 1)
+    /// UVs that came with the corners, whose borders become [`FORCED`]; NaN where a corner has none.
+    pub kept_uv: Option<&'a [DVec2]>, // (c)
+}
+
+impl Polygons<'_> {
+    /// The corners of each polygon.
+    pub fn polygons(&self) -> impl Iterator<Item = core::ops::Range<u32>> {
+        self.polygon_start.windows(2).map(|ends| ends[0]..ends[1])
+    }
+
+    /// Triangles that the polygons would have if none were degenerate, and the most corners of one polygon.
+    fn size(&self) -> (usize, usize) {
+        self.polygons().fold((0, 0), |(triangles, longest), corners| {
+            let n = corners.len().min(self.corners.len());
+            (usize::saturating_add(triangles, n.saturating_sub(2)), longest.max(n))
+        })
+    }
+}
+
+/// The working mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct Working<'a> {
+    /// Working vertices of each triangle.
+    pub faces: &'a [[u32; 3]], // (f)
+    /// Positions, box centred on the origin, its largest side 1.
+    pub positions: &'a [DVec3], // (v)
+    /// Input corner that each working corner stands for.
+    pub corner_source: &'a [u32], // (3 f)
+    /// Lowest input vertex at the place of each working vertex.
+    pub vertex_source: &'a [u32], // (v)
+    /// The half-edge on the other side of each half-edge, or `NONE` on the border.
+    pub twin: &'a [u32], // (3 f)
+    /// 0, [`DIAGONAL`] or [`FORCED`] for each half-edge, the same for twins.
+    pub fixed: &'a [u8], // (3 f)
+    /// Input polygon of each face; the faces of one polygon stand together.
+    pub polygon: &'a [u32], // (f)
+    /// Component of each face, numbered by lowest face.
+    pub component: &'a [u32], // (f)
+    /// How many components there are.
+    pub component_count: usize,
+    /// Lowest input vertex at the place of each input vertex; `NONE` for vertices that no corner names.
+    pub welded: &'a [u32], // (n)
+    /// Input position = working position x extent + centre.
+    pub centre: DVec3,
+    /// Largest side of the input's box, of vertices that a face has. Infinite only if that is beyond f64.
+    pub extent: f64,
+}
+
+impl<'a> Working<'a> {
+    /// Positions and faces.
+    pub fn mesh(&self) -> MeshView<'a> {
+        MeshView { positions: self.positions, faces: self.faces }
+    }
+}
+
+/// What was repaired.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Input vertices merged into another at the same place.
+    pub welded_vertices: usize,
+    /// Triangles that would have had a vertex twice.
+    pub dropped_triangles: usize,
+    /// Polygons of which no triangle is left.
+    pub dropped_polygons: usize,
+    /// Working faces of (nearly) zero area, see [`FLAT`].
+    pub flat_faces: usize,
+    /// Working faces turned round against the input.
+    pub flipped_faces: usize,
+    /// Edges of two faces or more of which one at least has no neighbour.
+    pub split_edges: usize,
+    /// Working vertices beyond one for each place.
+    pub split_vertices: usize,
+    /// Pieces of surface.
+    pub components: usize,
+    /// Closed curves that the border consists of.
+    pub boundary_loops: usize,
+    /// V - E + F over all components.
+    pub euler: i64,
+    /// Handles of all components together.
+    pub genus: i64,
+}
+
+/// Why there is no working mesh. Nothing was written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RepairError {
+    /// More memory is needed (usize::MAX: more corners than 32 bits can number).
+    Scratch(ScratchTooSmall),
+    /// A coordinate of this vertex, which a corner names, is NaN or infinite.
+    NotFinite {
+        /// Input vertex.
+        vertex: usize,
+    },
+    /// A corner names a vertex that is not there, or a polygon this corner that is not there.
+    BadIndex {
+        /// Input corner.
+        corner: usize,
+    },
+    /// No polygon has three different corners.
+    NoTriangle,
+}
+
+impl From<ScratchTooSmall> for RepairError {
+    fn from(e: ScratchTooSmall) -> Self {
+        RepairError::Scratch(e)
+    }
+}
+
+impl core::fmt::Display for RepairError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            RepairError::Scratch(e) => e.fmt(f),
+            RepairError::NotFinite { vertex } => write!(f, "vertex {vertex} has a coordinate that is not a number"),
+            RepairError::BadIndex { corner } => write!(f, "corner {corner} names a vertex that does not exist"),
+            RepairError::NoTriangle => write!(f, "the mesh holds no triangle with three different corners"),
+        }
+    }
+}
+
+impl core::error::Error for RepairError {}
+
+/// Bytes that must be free for [`repair`]: about 140 a triangle of a closed mesh, 190 at the most, and 40 a corner of
+/// the longest polygon. When it is done, 30 to 130 of them a triangle stay taken.
+pub fn repair_need(input: &Polygons) -> usize {
+    let (triangles, longest) = input.size();
+    let most = NONE as usize / 3;
+    if triangles >= most || input.corners.len() >= most || input.positions.len() >= most {
+        return usize::MAX;
+    }
+    let kept = bytes_for::<u32>(input.positions.len())
+        .saturating_add(bytes_for::<u32>(triangles))
+        .saturating_add(Draft::need(triangles));
+    let vertices = bytes_for::<DVec3>(3 * triangles).saturating_add(bytes_for::<u32>(3 * triangles));
+    kept.saturating_add(vertices.max(temporary_need(input, triangles, longest)))
+}
+
+/// What [`repair`] needs besides what it hands back.
+fn temporary_need(input: &Polygons, triangles: usize, longest: usize) -> usize {
+    let vertices = input.positions.len();
+    let edges = bytes_for::<[u32; 3]>(3 * triangles)
+        .saturating_add(bytes_for::<u8>(3 * triangles))
+        .saturating_add(orient_need(triangles).max(bytes_for::<u8>(vertices)));
+    let steps = weld_need(vertices).max(facets_need(vertices, longest)).max(edges);
+    bytes_for::<u64>(input.polygon_start.len()).saturating_add(steps)
+}
+
+/// Makes the working mesh. Its slices come from `out`, where the memory for the work itself is free again afterwards.
+///
+/// O(n log n) in vertices and corners, plus what [`polygon`](super::polygon) says for long concave polygons.
+pub fn repair<'a>(input: &Polygons, out: &mut Scratch<'a>) -> Result<(Working<'a>, Summary), RepairError> {
+    out.require(repair_need(input))?;
+    check(input)?;
+    let (triangles, longest) = input.size();
+    let mut summary = Summary::default();
+
+    let welded = out.take_filled::<u32>(input.positions.len(), NONE)?;
+    let component = out.take::<u32>(triangles)?;
+    let mut draft = Draft::take(out, triangles)?;
+    let vertex_count;
+    let unit;
+    {
+        let mut frame = out.frame();
+        for &v in input.polygons().flat_map(|p| &input.corners[p.start as usize..p.end as usize]) {
+            welded[v as usize] = v;
+        }
+        summary.welded_vertices = weld(welded, input.positions, frame.frame())?;
+        let whole = UnitBox::new(welded.iter().filter(|v| **v != NONE).map(|v| input.positions[*v as usize]));
+
+        let signature = frame.take::<u64>(input.polygon_start.len())?;
+        let (count, dropped) = facets(&mut draft, signature, input, welded, &whole, longest, frame.frame())?;
+        if count == 0 {
+            return Err(RepairError::NoTriangle);
+        }
+        summary.dropped_triangles = triangles - count;
+        summary.dropped_polygons = dropped;
+        draft = draft.shorten(count);
+        unit = UnitBox::new(draft.faces.as_flattened().iter().map(|v| input.positions[*v as usize]));
+        vertex_count = join_and_split(&mut draft, &mut summary, input, signature, &unit, &mut frame)?;
+    }
+    let (component, component_count) = components(component, &draft);
+    mark_kept_borders(&mut draft, input);
+
+    let positions = out.take::<DVec3>(vertex_count)?;
+    let vertex_source = out.take::<u32>(vertex_count)?;
+    for (&v, &c) in draft.faces.as_flattened().iter().zip(&*draft.corner_source) {
+        let source = welded[input.corners[c as usize] as usize];
+        vertex_source[v as usize] = source;
+        positions[v as usize] = unit.place(input.positions[source as usize]);
+    }
+    let Draft { faces, corner_source, polygon, twin, fixed } = draft;
+    let working = Working {
+        faces,
+        positions,
+        corner_source,
+        vertex_source,
+        twin,
+        fixed,
+        polygon,
+        component,
+        component_count,
+        welded,
+        centre: unit.centre,
+        extent: unit.half * 2.0,
+    };
+    measure(&mut summary, &working);
+    Ok((working, summary))
+}
+
+/// Every corner names a vertex, and every vertex that is named is finite.
+fn check(input: &Polygons) -> Result<(), RepairError> {
+    for ends in input.polygon_start.windows(2) {
+        if ends[0] > ends[1] || ends[1] as usize > input.corners.len() {
+            return Err(RepairError::BadIndex { corner: ends[1] as usize });
+        }
+        for corner in ends[0] as usize..ends[1] as usize {
+            let vertex = input.corners[corner] as usize;
+            let position = input.positions.get(vertex).ok_or(RepairError::BadIndex { corner })?;
+            if !position.is_finite() {
+                return Err(RepairError::NotFinite { vertex });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Twins, orientation and vertices of the draft. Returns the number of vertices.
+fn join_and_split(
+    draft: &mut Draft,
+    summary: &mut Summary,
+    input: &Polygons,
+    signature: &[u64],
+    unit: &UnitBox,
+    frame: &mut Scratch,
+) -> Result<usize, ScratchTooSmall> {
+    let faces = draft.faces.len();
+    let all_edges = frame.take::<[u32; 3]>(3 * faces)?;
+    let done = frame.take::<u8>(3 * faces)?;
+
+    let diagonal = |h: usize| draft.fixed[h] == DIAGONAL;
+    let sides = sort_edges(all_edges, draft, diagonal);
+    let edges = &mut all_edges[..sides];
+    join_pairs(draft, edges, signature);
+    summary.flipped_faces = orient(draft, edges, input, unit, frame.frame())?;
+    cut_conflicts(draft);
+    let place = |v: u32| unit.place(input.positions[v as usize]);
+    let (crowds, split) = join_crowds(draft, edges, signature, place);
+    summary.split_edges = split;
+
+    let places = count_places(draft, frame.frame().take::<u8>(input.positions.len())?);
+    let mut vertices = split_vertices(draft, done);
+    // Without diagonals and crowds each edge has two welded vertices of its own already.
+    let may_tangle = summary.split_edges > 0 || crowds > 0 || sides < 3 * faces;
+    for pull in [Pull::Low, Pull::High, Pull::Whole].into_iter().filter(|_| may_tangle) {
+        let count = sort_edges(all_edges, draft, |_| false);
+        let Untangled { tangles, cut } = untangle(draft, &all_edges[..count], done, pull);
+        if tangles == 0 {
+            break;
+        }
+        summary.split_edges += cut;
+        vertices = split_vertices(draft, done);
+    }
+    summary.split_vertices = vertices - places;
+    done.fill(0);
+    summary.boundary_loops = count_loops(draft.twin, done);
+    Ok(vertices)
+}
+
+/// How many different vertices the faces have; `seen` is zero, one entry an input vertex.
+fn count_places(draft: &Draft, seen: &mut [u8]) -> usize {
+    draft.faces.as_flattened().iter().for_each(|v| seen[*v as usize] = 1);
+    seen.iter().map(|s| usize::from(*s)).sum()
+}
+
+/// Numbers the components by their lowest faces; what hangs together over twins is one. Returns how many there are.
+fn components<'a>(component: &'a mut [u32], draft: &Draft) -> (&'a [u32], usize) {
+    let component = &mut component[..draft.faces.len()];
+    let mut sets = UnionFind::new(component);
+    for (h, &twin) in draft.twin.iter().enumerate().filter(|(_, t)| **t != NONE) {
+        sets.union(h as u32 / 3, twin / 3);
+    }
+    let mut count = 0;
+    for f in 0..component.len() {
+        // The entry is f itself at the lowest face of a set, else a lower face of the set, which has its number.
+        component[f] = match component[f] as usize {
+            lower if lower < f => component[lower],
+            _ => {
+                count += 1;
+                count as u32 - 1
+            }
+        };
+    }
+    (component, count)
+}
+
+/// Marks the edges where both faces came with UVs that differ at an end.
+fn mark_kept_borders(draft: &mut Draft, input: &Polygons) {
+    let Some(uv) = input.kept_uv else { return };
+    let at = |c: u32| uv.get(draft.corner_source[c as usize] as usize).copied().unwrap_or(DVec2::NAN);
+    for h in 0..draft.twin.len() as u32 {
+        let twin = draft.twin[h as usize];
+        if twin != NONE && draft.fixed[h as usize] != DIAGONAL {
+            let (ours, theirs) = ([at(h), at(next(h))], [at(next(twin)), at(twin)]);
+            let mapped = ours.iter().chain(&theirs).all(|uv| !uv.is_nan());
+            draft.fixed[h as usize] = if mapped && ours != theirs { FORCED } else { 0 };
+        }
+    }
+}
+
+/// Counts what the finished mesh shows.
+fn measure(summary: &mut Summary, working: &Working) {
+    let mesh = working.mesh();
+    for (f, face) in mesh.faces.iter().enumerate() {
+        let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
+        let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+        let height = FLAT * longest; // times the longest side
+        summary.flat_faces += usize::from(mesh.area_vector(f).length_squared() <= height * height);
+    }
+    let edges = (working.twin.len() + border_count(working.twin)) / 2;
+    summary.components = working.component_count;
+    summary.euler = mesh.positions.len() as i64 - edges as i64 + mesh.faces.len() as i64;
+    summary.genus = (2 * summary.components as i64 - summary.boundary_loops as i64 - summary.euler) / 2;
+}
+
+/// The box of some points, and the map that centres it and makes its largest side 1.
+pub(super) struct UnitBox {
+    centre: DVec3,
+    half: f64, // of the largest side: the side itself may be beyond f64
+}
+
+impl UnitBox {
+    fn new(points: impl Iterator<Item = DVec3>) -> Self {
+        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = points.fold(start, |(low, high), p| (low.min(p), high.max(p)));
+        let (low, high) = (low * 0.5, high * 0.5);
+        let half = (high - low).max_element();
+        Self { centre: low + high, half: if half > 0.0 { half } else { 1.0 } }
+    }
+
+    /// Every step is exact under scaling by a power of two.
+    pub fn place(&self, p: DVec3) -> DVec3 {
+        (p - self.centre) / self.half * 0.5
+    }
+}

@@ -1,0 +1,555 @@
+//! `repair` on exact small cases, on hostile ones, on random polygons and on real meshes.
+
+use super::loops::{Shape, shapes, shapes_need};
+use super::repair::*;
+use super::topology::{fan, twins, twins_need, vertex_corners};
+use super::view::{NONE, next};
+use crate::base::random;
+use crate::base::real;
+use crate::base::scratch::Scratch;
+use core::f64::consts::TAU;
+use glam::{DVec2, DVec3};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::string::String;
+use std::vec::Vec;
+use std::{assert, assert_eq, eprintln, format, fs, vec};
+
+/// Polygons that own their memory.
+#[derive(Clone, Default)]
+struct Soup {
+    positions: Vec<DVec3>,
+    corners: Vec<u32>,
+    polygon_start: Vec<u32>,
+    uv: Option<Vec<DVec2>>,
+}
+
+impl Soup {
+    fn new(positions: &[[f64; 3]], polygons: &[&[u32]]) -> Self {
+        let mut soup = Self { positions: positions.iter().map(|p| DVec3::from_array(*p)).collect(), ..Self::default() };
+        polygons.iter().for_each(|p| soup.push(p));
+        soup
+    }
+
+    fn push(&mut self, polygon: &[u32]) {
+        if self.polygon_start.is_empty() {
+            self.polygon_start.push(0);
+        }
+        self.corners.extend_from_slice(polygon);
+        self.polygon_start.push(self.corners.len() as u32);
+    }
+
+    fn view(&self) -> Polygons<'_> {
+        Polygons {
+            positions: &self.positions,
+            corners: &self.corners,
+            polygon_start: &self.polygon_start,
+            kept_uv: self.uv.as_deref(),
+        }
+    }
+
+    /// Repairs, checks everything that `repair` promises, and lets `look` see the result.
+    fn repaired<T>(&self, look: impl FnOnce(&Working, &Summary) -> T) -> T {
+        let mut bytes = vec![0xa5u8; repair_need(&self.view())];
+        let mut scratch = Scratch::new(&mut bytes);
+        let (working, summary) = repair(&self.view(), &mut scratch).unwrap();
+        assert_promises(self, &working, &summary);
+        look(&working, &summary)
+    }
+
+    fn summary(&self) -> Summary {
+        self.repaired(|_, summary| *summary)
+    }
+
+    fn error(&self) -> RepairError {
+        let mut bytes = vec![0u8; repair_need(&self.view())];
+        repair(&self.view(), &mut Scratch::new(&mut bytes)).map(|_| ()).unwrap_err()
+    }
+}
+
+fn assert_promises(soup: &Soup, working: &Working, summary: &Summary) {
+    let mesh = working.mesh();
+    let vertex_count = mesh.positions.len();
+    assert!(mesh.faces.iter().all(|&[a, b, c]| a != b && b != c && c != a));
+
+    let mut twin = vec![0; mesh.corner_count()];
+    let mut bytes = vec![0u8; twins_need(mesh.faces.len())];
+    assert_eq!(twins(&mut twin, mesh, Scratch::new(&mut bytes)), Ok(0), "crowded edges");
+    assert_eq!(twin, working.twin);
+
+    let mut lowest = vec![0; vertex_count];
+    vertex_corners(&mut lowest, mesh.faces);
+    let in_fans: usize = lowest.iter().map(|c| fan(working.twin, *c).count()).sum();
+    assert_eq!(in_fans, mesh.corner_count(), "a vertex of two fans, or of none");
+
+    let mut vertex_of = BTreeMap::new();
+    for (c, &source) in working.corner_source.iter().enumerate() {
+        let (vertex, polygon) = (mesh.vertex(c as u32), working.polygon[c / 3] as usize);
+        assert_eq!(*vertex_of.entry(source).or_insert(vertex), vertex, "an input corner would need two UVs");
+        assert!((soup.polygon_start[polygon]..soup.polygon_start[polygon + 1]).contains(&source));
+        let input = soup.corners[source as usize] as usize;
+        assert_eq!(working.vertex_source[vertex as usize], working.welded[input]);
+        let back = mesh.position(c as u32) * working.extent + working.centre;
+        let rounding = 4.0 * f64::EPSILON * (working.extent + working.centre.length());
+        assert!(back.distance(soup.positions[input]) <= rounding);
+        let twin = working.twin[c];
+        let inner = twin != NONE && working.polygon[twin as usize / 3] as usize == polygon;
+        assert!(working.fixed[c] != DIAGONAL || inner);
+        assert!(twin == NONE || working.fixed[c] == working.fixed[twin as usize]);
+    }
+    assert!(working.polygon.is_sorted(), "the faces of a polygon stand together");
+    let low = mesh.positions.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+    let high = mesh.positions.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+    // Centre and sides are each rounded once, to the size of the largest coordinate.
+    let rounding = 4.0 * f64::EPSILON * (1.0 + working.centre.length() / working.extent);
+    assert!(((high - low).max_element() - 1.0).abs() < rounding && (low + high).abs().max_element() < rounding);
+
+    assert_components(working, summary);
+    assert_eq!(summary.split_vertices, {
+        let mut places = working.vertex_source.to_vec();
+        places.sort_unstable();
+        places.dedup();
+        vertex_count - places.len()
+    });
+}
+
+/// Components, loops and Euler numbers against a flood over twins.
+fn assert_components(working: &Working, summary: &Summary) {
+    let mut flooded = vec![NONE; working.faces.len()];
+    let mut count = 0;
+    for seed in 0..working.faces.len() {
+        let mut stack = vec![seed];
+        if flooded[seed] != NONE {
+            continue;
+        }
+        flooded[seed] = count;
+        while let Some(f) = stack.pop() {
+            for t in &working.twin[3 * f..3 * f + 3] {
+                let g = (*t / 3) as usize;
+                if *t != NONE && flooded[g] == NONE {
+                    flooded[g] = count;
+                    stack.push(g);
+                }
+            }
+        }
+        count += 1;
+    }
+    assert_eq!((flooded, count as usize), (working.component.to_vec(), working.component_count));
+
+    let mut shape = vec![Shape::default(); working.component_count];
+    let mut bytes = vec![0u8; shapes_need(working.faces.len(), working.positions.len())];
+    let scratch = Scratch::new(&mut bytes);
+    shapes(&mut shape, working.faces, working.twin, working.component, working.positions.len(), scratch).unwrap();
+    assert!(shape.iter().all(|s| s.genus() >= 0 && (2 - i64::from(s.loops) - s.euler()) % 2 == 0));
+    let sums = shape.iter().fold((0, 0, 0), |sum, s| (sum.0 + s.euler(), sum.1 + s.genus(), sum.2 + s.loops as usize));
+    assert_eq!((summary.euler, summary.genus, summary.boundary_loops), sums);
+    assert_eq!(summary.components, working.component_count);
+}
+
+/// A grid of n x m quads over the parameter square [0,1]^2, with all vertices separate: closing it is welding's work.
+fn surface(n: u32, m: u32, at: impl Fn(u32, u32) -> [f64; 3]) -> Soup {
+    let mut soup = Soup::default();
+    for (i, j) in (0..n).flat_map(|i| (0..m).map(move |j| (i, j))) {
+        let first = soup.positions.len() as u32;
+        for (i, j) in [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)] {
+            soup.positions.push(DVec3::from_array(at(i, j)));
+        }
+        soup.push(&[first, first + 1, first + 2, first + 3]);
+    }
+    soup
+}
+
+#[test]
+fn a_cube_of_quads_is_a_sphere_of_twelve_triangles() {
+    let cube = cube([0.0; 3], 1.0);
+    cube.repaired(|working, summary| {
+        let euler = (summary.euler, summary.genus, summary.components, summary.boundary_loops);
+        assert_eq!((working.faces.len(), working.positions.len(), euler), (12, 8, (2, 0, 1, 0)));
+        assert_eq!((summary.flipped_faces, summary.split_edges, summary.split_vertices), (0, 0, 0));
+        assert_eq!(working.corner_source[..6], [0, 1, 2, 0, 2, 3], "the fan of the first quad");
+        assert_eq!(working.fixed.iter().filter(|f| **f == DIAGONAL).count(), 12);
+        assert_eq!((working.centre, working.extent), (DVec3::splat(0.5), 1.0));
+    });
+}
+
+fn cube(origin: [f64; 3], side: f64) -> Soup {
+    let at = |i: u32, axis: u32| origin[axis as usize] + f64::from(i >> axis & 1) * side;
+    let positions: Vec<_> = (0..8).map(|i| [at(i, 0), at(i, 1), at(i, 2)]).collect();
+    let sides: [&[u32]; 6] = [&[0, 2, 3, 1], &[4, 5, 7, 6], &[0, 1, 5, 4], &[2, 6, 7, 3], &[0, 4, 6, 2], &[1, 3, 7, 5]];
+    Soup::new(&positions, &sides)
+}
+
+fn together(parts: &[Soup]) -> Soup {
+    let mut all = Soup::default();
+    for part in parts {
+        let first = all.positions.len() as u32;
+        all.positions.extend_from_slice(&part.positions);
+        for polygon in part.view().polygons() {
+            let corners = &part.corners[polygon.start as usize..polygon.end as usize];
+            all.push(&corners.iter().map(|v| v + first).collect::<Vec<_>>());
+        }
+    }
+    all
+}
+
+#[test]
+fn a_moebius_strip_is_cut_into_an_orientable_strip() {
+    let strip = surface(24, 3, |i, j| {
+        // Twice round the strip is the identity; the seam is welded because its points are computed alike.
+        let (i, j) = if i == 24 { (0, 3 - j) } else { (i, j) };
+        let (t, w) = (TAU * f64::from(i) / 24.0, f64::from(j) / 3.0 - 0.5);
+        let r = 2.0 + w * real::cos(t / 2.0);
+        [r * real::cos(t), r * real::sin(t), w * real::sin(t / 2.0)]
+    });
+    let summary = strip.summary();
+    assert_eq!((summary.components, summary.euler, summary.boundary_loops), (1, 1, 1));
+    // The strip is three quads wide; breadth first the search comes back along a slanting front.
+    assert!((3..=6).contains(&summary.split_edges));
+}
+
+#[test]
+fn a_klein_bottle_becomes_orientable() {
+    let (n, m) = (20, 12);
+    let bottle = surface(n, m, |i, j| {
+        let (i, j) = if i == n { (0, (m - j) % m) } else { (i, j % m) };
+        let (u, v) = (TAU * f64::from(i) / f64::from(n), TAU * f64::from(j) / f64::from(m));
+        let r = 3.0 + real::cos(u / 2.0) * real::sin(v) - real::sin(u / 2.0) * real::sin(2.0 * v);
+        let z = real::sin(u / 2.0) * real::sin(v) + real::cos(u / 2.0) * real::sin(2.0 * v);
+        [r * real::cos(u), r * real::sin(u), z]
+    });
+    let summary = bottle.summary();
+    assert_eq!((summary.components, summary.euler, summary.boundary_loops, summary.genus), (1, 0, 2, 0));
+}
+
+#[test]
+fn of_a_book_of_five_pages_the_flattest_two_stay_together() {
+    let mut positions = vec![[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    // Pages at these degrees around the spine; the first and the fourth lie flat and run in opposite directions.
+    for degrees in [0.0, 40.0, 90.0, 181.0, 300.0] {
+        let t = TAU * degrees / 360.0;
+        positions.push([real::cos(t), real::sin(t), 0.5]);
+    }
+    let book = Soup::new(&positions, &[&[0, 1, 2], &[0, 1, 3], &[0, 1, 4], &[1, 0, 5], &[0, 1, 6]]);
+    book.repaired(|working, summary| {
+        assert_eq!((summary.components, summary.split_edges, summary.flipped_faces), (4, 1, 0));
+        assert_eq!(working.component, [0, 1, 2, 0, 3]);
+        assert_eq!(summary.split_vertices, 2 * 3);
+    });
+}
+
+#[test]
+fn two_boxes_that_touch_along_an_edge_stay_two_boxes() {
+    let boxes = together(&[cube([0.0; 3], 1.0), cube([1.0, 1.0, 0.0], 1.0)]);
+    let summary = boxes.summary();
+    assert_eq!((summary.welded_vertices, summary.components, summary.euler), (2, 2, 4));
+    assert_eq!((summary.split_edges, summary.split_vertices, summary.boundary_loops), (0, 2, 0));
+}
+
+#[test]
+fn crossing_sheets_stay_whole_sheets() {
+    let positions = [[0., 0., 0.], [0., 0., 1.], [1., 0., 0.], [-1., 0., 0.], [0., 1., 0.], [0., -1., 0.]];
+    let cross = Soup::new(&positions, &[&[0, 1, 2], &[1, 0, 3], &[0, 1, 4], &[1, 0, 5]]);
+    cross.repaired(|working, summary| {
+        assert_eq!((working.component, summary.split_edges), (&[0, 0, 1, 1][..], 0));
+    });
+}
+
+#[test]
+fn an_hourglass_vertex_becomes_two() {
+    let positions = [[0., 0., 0.], [1., 0., 1.], [0., 1., 1.], [-1., -1., 1.], [1., 0., -1.], [-1., 1., -1.]];
+    let glass = Soup::new(&positions, &[&[0, 1, 2], &[0, 2, 3], &[0, 3, 1], &[0, 5, 4]]);
+    glass.repaired(|working, summary| {
+        assert_eq!((summary.components, summary.split_vertices, summary.split_edges), (2, 1, 0));
+        assert_eq!(working.vertex_source.iter().filter(|v| **v == 0).count(), 2);
+    });
+}
+
+#[test]
+fn copies_of_a_face_are_sheets_of_their_own() {
+    let mut copied = cube([0.0; 3], 1.0);
+    copied.push(&[2, 3, 1, 0]); // the first side again, from another corner
+    copied.push(&[0, 1, 3, 2]); // and from behind
+    copied.repaired(|working, summary| {
+        assert_eq!((summary.components, summary.flipped_faces), (3, 0));
+        assert_eq!(working.component[..12], [0; 12]);
+        assert_eq!(summary.split_edges, 4);
+    });
+    let pair = Soup::new(&[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], &[&[0, 1, 2], &[0, 2, 1], &[1, 2, 0]]);
+    assert_eq!(pair.summary().components, 3);
+}
+
+#[test]
+fn a_double_sided_sheet_is_two_sheets() {
+    let at = |i: u32, j: u32| [f64::from(i), f64::from(j), 0.0];
+    let front = surface(4, 3, at);
+    let mut back = front.clone();
+    back.corners.reverse();
+    let summary = together(&[front, back]).summary();
+    assert_eq!((summary.components, summary.boundary_loops, summary.flipped_faces), (2, 2, 0));
+}
+
+#[test]
+fn a_t_junction_stays_open() {
+    let positions = [[0., 0., 0.], [2., 0., 0.], [1., 1., 0.], [1., 0., 0.], [1., -1., 0.]];
+    let junction = Soup::new(&positions, &[&[0, 1, 2], &[3, 0, 4], &[1, 3, 4]]);
+    let summary = junction.summary();
+    assert_eq!((summary.components, summary.boundary_loops, summary.split_edges), (2, 2, 0));
+}
+
+#[test]
+fn the_lesser_part_is_turned_round() {
+    let mut grid = surface(6, 6, |i, j| [f64::from(i), f64::from(j), 0.0]);
+    for turned in [3, 7, 8, 20, 35] {
+        grid.corners[4 * turned..4 * turned + 4].reverse();
+    }
+    grid.repaired(|working, summary| {
+        assert_eq!((summary.flipped_faces, summary.components, summary.boundary_loops), (10, 1, 1));
+        let up = (0..working.faces.len()).all(|f| working.mesh().area_vector(f).z > 0.0);
+        assert!(up);
+        // The corners of a turned face still name the corners of the file.
+        for (c, &source) in working.corner_source.iter().enumerate() {
+            let p = working.mesh().position(c as u32) * working.extent + working.centre;
+            assert!(p.distance(grid.positions[grid.corners[source as usize] as usize]) < 1e-14);
+        }
+    });
+    grid.corners.reverse();
+    assert_eq!(grid.summary().flipped_faces, 10);
+}
+
+#[test]
+fn concave_polygons_are_triangulated_and_their_diagonals_hold() {
+    let l = [[0., 0., 0.], [2., 0., 0.], [2., 1., 0.], [1., 1., 0.], [1., 2., 0.], [0., 2., 0.]];
+    Soup::new(&l, &[&[2, 3, 4, 5, 0, 1]]).repaired(|working, summary| {
+        assert_eq!((working.faces.len(), summary.components, summary.euler), (4, 1, 1));
+        assert!((0..4).all(|f| working.mesh().area_vector(f).z > 0.0));
+        assert_eq!(working.fixed.iter().filter(|f| **f == DIAGONAL).count(), 6);
+    });
+}
+
+#[test]
+fn repeats_spikes_and_pinches_leave_simple_rings() {
+    let positions = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.], [2., 2., 0.], [3., 2., 0.], [2., 3., 0.]];
+    let square = |polygon: &[u32]| {
+        Soup::new(&positions, &[polygon]).repaired(|w, s| (w.faces.len(), s.dropped_triangles, s.components))
+    };
+    assert_eq!(square(&[0, 1, 2, 3]), (2, 0, 1));
+    assert_eq!(square(&[0, 0, 1, 2, 2, 3, 3, 0]), (2, 4, 1));
+    assert_eq!(square(&[0, 1, 4, 1, 2, 3]), (2, 2, 1));
+    assert_eq!(square(&[4, 1, 2, 3, 0, 1]), (2, 2, 1), "a spike at the beginning");
+    assert_eq!(square(&[1, 2, 3, 0, 1, 4]), (2, 2, 1), "a spike at the end");
+    assert_eq!(square(&[0, 1, 2, 4, 5, 6, 4, 2, 3]), (3, 4, 2), "two rings and a bridge");
+    assert_eq!(square(&[0, 1, 2, 5, 6, 2, 3]), (3, 2, 2), "two rings that touch");
+}
+
+#[test]
+fn a_hole_joined_by_a_slit_is_a_ring_around_it() {
+    let mut frame = Soup::default();
+    for r in [2.0, 1.0] {
+        frame.positions.extend([(-r, -r), (r, -r), (r, r), (-r, r)].map(|(x, y)| DVec3::new(x, y, 0.0)));
+    }
+    frame.push(&[0, 1, 2, 3, 0, 4, 7, 6, 5, 4]);
+    let summary = frame.summary();
+    assert_eq!((summary.components, summary.boundary_loops, summary.euler), (1, 2, 0));
+}
+
+#[test]
+fn flat_faces_stay_and_faces_with_a_vertex_twice_go() {
+    let positions = [[0., 0., 0.], [1., 0., 0.], [2., 0., 0.], [1., 1., 0.], [0., 0., -0.0]];
+    let soup = Soup::new(&positions, &[&[0, 1, 2], &[0, 2, 3], &[0, 4, 1], &[1, 2], &[]]);
+    let summary = soup.summary();
+    assert_eq!((summary.flat_faces, summary.dropped_triangles, summary.dropped_polygons), (1, 1, 3));
+    assert_eq!((summary.welded_vertices, summary.components), (1, 1));
+}
+
+#[test]
+fn borders_of_kept_uvs_are_forced_where_both_sides_have_uvs_that_differ() {
+    let mut grid = surface(3, 1, |i, j| [f64::from(i), f64::from(j), 0.0]);
+    let mut uv: Vec<_> = grid.corners.iter().map(|v| grid.positions[*v as usize].truncate()).collect();
+    uv[5] += 0.5; // the second quad's corner away from the first
+    uv[8] = DVec2::NAN;
+    grid.uv = Some(uv.clone());
+    let forced = |grid: &Soup| {
+        grid.repaired(|working, _| {
+            let forced = (0..working.twin.len()).filter(|h| working.fixed[*h] == FORCED);
+            forced.map(|h| working.polygon[h / 3]).collect::<Vec<_>>()
+        })
+    };
+    assert_eq!(forced(&grid), [], "no UV in the third");
+    uv[8] = uv[5] - 0.5;
+    grid.uv = Some(uv);
+    assert_eq!(forced(&grid), [1, 2]);
+}
+
+#[test]
+fn scaling_by_a_power_of_two_changes_no_bit() {
+    let soup = noise(5, 60, 40);
+    let look = |soup: &Soup| {
+        soup.repaired(|w, s| (w.positions.to_vec(), w.faces.to_vec(), w.twin.to_vec(), w.corner_source.to_vec(), *s))
+    };
+    for scale in [0.125, 1024.0, real::pow(2.0, -300.0), real::pow(2.0, 1020.0)] {
+        let mut scaled = soup.clone();
+        scaled.positions.iter_mut().for_each(|p| *p *= scale);
+        assert_eq!(look(&soup), look(&scaled), "{scale}");
+    }
+}
+
+#[test]
+fn the_whole_range_of_f64_is_taken() {
+    let m = f64::MAX;
+    let positions = [[-m, -m, 0.], [m, -m, 0.], [m, m, 0.], [-m, m, 0.]];
+    let mut bytes = vec![0u8; 4096];
+    let soup = Soup::new(&positions, &[&[0, 1, 2, 3]]);
+    let (working, summary) = repair(&soup.view(), &mut Scratch::new(&mut bytes)).unwrap();
+    assert_eq!((working.positions[0], summary.flat_faces), (DVec3::new(-0.5, -0.5, 0.0), 0));
+    let tiny = f64::from_bits(1);
+    let soup = Soup::new(&[[0.; 3], [tiny, 0., 0.], [0., tiny, 0.]], &[&[0, 1, 2]]);
+    let (working, _) = repair(&soup.view(), &mut Scratch::new(&mut bytes)).unwrap();
+    assert!(working.positions.iter().all(|p| p.is_finite()));
+}
+
+#[test]
+fn what_is_not_a_mesh_is_refused_with_the_reason() {
+    let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [f64::NAN, 0., 0.]];
+    assert_eq!(Soup::default().error(), RepairError::NoTriangle);
+    assert_eq!(Soup::new(&corners, &[&[0, 1], &[0, 1, 0], &[2, 2, 2, 2]]).error(), RepairError::NoTriangle);
+    assert_eq!(Soup::new(&corners, &[&[0, 1, 2], &[0, 1, 4]]).error(), RepairError::BadIndex { corner: 5 });
+    assert_eq!(Soup::new(&corners, &[&[0, 1, 2], &[0, 1, 3]]).error(), RepairError::NotFinite { vertex: 3 });
+    assert_eq!(Soup::new(&corners, &[&[0, 1, 2]]).summary().components, 1, "nobody names the bad vertex");
+    for starts in [vec![0, 9], vec![3, 0], vec![0, 3, 2], vec![7, 7]] {
+        let mut soup = Soup::new(&corners, &[&[0, 1, 2]]);
+        soup.polygon_start = starts;
+        assert!(matches!(soup.error(), RepairError::BadIndex { .. } | RepairError::NoTriangle));
+    }
+}
+
+#[test]
+fn one_byte_less_is_refused_and_the_stated_need_is_enough_at_any_alignment() {
+    for seed in 0..20 {
+        let soup = noise(seed, 12, 30);
+        let need = repair_need(&soup.view());
+        let mut bytes = vec![0u8; need + 16];
+        for shift in 0..16 {
+            let mut scratch = Scratch::new(&mut bytes[shift..shift + need]);
+            assert!(repair(&soup.view(), &mut scratch).is_ok());
+        }
+        let mut scratch = Scratch::new(&mut bytes[..need - 1]);
+        assert!(matches!(repair(&soup.view(), &mut scratch), Err(RepairError::Scratch(_))));
+        assert_eq!(scratch.remaining(), need - 1);
+    }
+}
+
+/// Random polygons over few vertices at few places: nearly every edge is crowded.
+fn noise(seed: u64, vertices: u64, polygons: u64) -> Soup {
+    let draw = |stream, index, below| random::hash(seed, stream, index) % below;
+    let mut soup = Soup::default();
+    for v in 0..vertices {
+        let at = |axis| draw(axis, v, 5) as f64 + if draw(9, v, 3) == 0 { 0.25 } else { 0.0 };
+        soup.positions.push(DVec3::new(at(0), at(1), at(2)));
+    }
+    soup.push(&[0, 1, 2]);
+    for p in 0..polygons {
+        let n = [3, 3, 4, 4, 5, 7, 9][draw(3, p, 7) as usize];
+        let near = draw(4, p, vertices);
+        let corners: Vec<_> = (0..n).map(|i| ((near + draw(5, p * 16 + i, 6)) % vertices) as u32).collect();
+        soup.push(&corners);
+    }
+    soup
+}
+
+#[test]
+fn random_polygons_become_manifolds() {
+    for seed in 0..3000 {
+        let (vertices, polygons) = (4 + seed % 40, 1 + random::hash(seed, 8, 0) % 60);
+        let soup = noise(seed, vertices, polygons);
+        let mut bytes = vec![0u8; repair_need(&soup.view())];
+        match repair(&soup.view(), &mut Scratch::new(&mut bytes)) {
+            Ok((working, summary)) => assert_promises(&soup, &working, &summary),
+            Err(e) => assert_eq!(e, RepairError::NoTriangle, "{seed}"),
+        }
+    }
+}
+
+#[test]
+fn shuffled_and_turned_faces_give_back_the_surface() {
+    // Genus and loops of a torus with a window do not depend on order or direction of its faces.
+    let at = |i: u32, j: u32| {
+        let (u, v) = (TAU * f64::from(i % 12) / 12.0, TAU * f64::from(j % 8) / 8.0);
+        let r = 3.0 + real::cos(v);
+        [r * real::cos(u), r * real::sin(u), real::sin(v)]
+    };
+    let torus = surface(12, 8, at);
+    for seed in 0..50 {
+        let mut order: Vec<usize> = (1..96).collect();
+        order.sort_by_key(|i| random::hash(seed, 0, *i as u64));
+        let mut soup = Soup { positions: torus.positions.clone(), ..Soup::default() };
+        let mut turned = 0;
+        for i in order {
+            let mut quad = torus.corners[4 * i..4 * i + 4].to_vec();
+            quad.rotate_left((random::hash(seed, 1, i as u64) % 4) as usize);
+            if random::hash(seed, 2, i as u64) % 10 < 3 {
+                quad.reverse();
+                turned += 2;
+            }
+            soup.push(&quad);
+        }
+        let summary = soup.summary();
+        assert_eq!((summary.euler, summary.genus, summary.boundary_loops, summary.components), (-1, 1, 1, 1));
+        assert_eq!(summary.flipped_faces, turned, "{seed}");
+    }
+}
+
+fn read_obj(path: &Path) -> Soup {
+    let mut soup = Soup { polygon_start: vec![0], ..Soup::default() };
+    let text = String::from_utf8_lossy(&fs::read(path).unwrap()).replace("\\\r\n", " ").replace("\\\n", " ");
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let xyz: Vec<f64> = words.take(3).filter_map(|w| w.parse().ok()).collect();
+                if let [x, y, z] = xyz[..] {
+                    soup.positions.push(DVec3::new(x, y, z));
+                }
+            }
+            Some("f") => {
+                let count = soup.positions.len() as i64;
+                let index = |w: &str| w.split('/').next()?.parse::<i64>().ok();
+                let corners = words.filter_map(index).map(|i| (if i < 0 { count + i } else { i - 1 }) as u32);
+                soup.push(&corners.collect::<Vec<_>>());
+            }
+            _ => {}
+        }
+    }
+    soup
+}
+
+#[test]
+fn every_shared_mesh_becomes_manifold() {
+    let shared = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/meshes");
+    let mut meshes: Vec<PathBuf> = ["bench", "hard", "psb"]
+        .iter()
+        .filter_map(|folder| fs::read_dir(shared.join(folder)).ok())
+        .flat_map(|entries| entries.map(|e| e.unwrap().path()))
+        .filter(|path| path.extension().is_some_and(|e| e == "obj"))
+        .collect();
+    meshes.sort();
+    if meshes.is_empty() {
+        eprintln!("skipped: no meshes at {}", shared.display());
+    }
+    for path in meshes {
+        let soup = read_obj(&path);
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let mut bytes = vec![0u8; repair_need(&soup.view())];
+        let per_face = bytes.len() / (soup.corners.len() / 3).max(1);
+        let start = std::time::Instant::now();
+        let result = repair(&soup.view(), &mut Scratch::new(&mut bytes));
+        let time = start.elapsed();
+        match result {
+            Ok((working, summary)) => {
+                eprintln!("{name} {time:?} {per_face} B/face {}", format!("{summary:?}").replace("Summary ", ""));
+                assert!(working.twin.iter().all(|t| *t == NONE || next(*t) < NONE));
+                assert_promises(&soup, &working, &summary);
+            }
+            Err(e) => eprintln!("{name}: {e}"),
+        }
+    }
+}
