@@ -10,6 +10,7 @@
 //! that of its box.
 
 use super::bvh::{Bounds, BuildBvh, BvhError, MAX_DEPTH, Node, max, min};
+use super::wide::{WideNode, collapse, wide_count};
 use crate::base::scratch::{Scratch, bytes_for};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -51,6 +52,7 @@ pub(super) struct Triangle {
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
     pub(super) nodes: &'a [Node],         // children after their parents, siblings side by side
+    pub(super) wide: &'a [WideNode],      // the same tree for packets
     pub(super) triangles: &'a [Triangle], // in the order of the leaves
     reach: f32,                           // largest coordinate
 }
@@ -60,6 +62,7 @@ impl<'a> Scene<'a> {
     pub fn need(face_count: usize, builder: &dyn BuildBvh) -> usize {
         2 * bytes_for::<Node>(2 * face_count)
             + bytes_for::<Triangle>(face_count)
+            + bytes_for::<WideNode>(wide_count(face_count))
             + bytes_for::<u32>(face_count)
             + bytes_for::<u8>(face_count).max(builder.need(face_count))
     }
@@ -77,6 +80,7 @@ impl<'a> Scene<'a> {
         }
         let nodes = scratch.take::<Node>(2 * faces.len())?;
         let triangles = scratch.take::<Triangle>(faces.len())?;
+        let wide = scratch.take::<WideNode>(wide_count(faces.len()))?;
         let mut frame = scratch.frame();
         let built = frame.take::<Node>(2 * faces.len())?;
         let order = frame.take::<u32>(faces.len())?;
@@ -94,8 +98,10 @@ impl<'a> Scene<'a> {
         }
         let nodes = &mut nodes[..node_count];
         refit(nodes, triangles);
+        let wide_used = collapse(wide, nodes);
+        let wide = &wide[..wide_used];
         let reach = triangles.iter().flat_map(|t| t.corners.as_flattened()).fold(0.0, |r, x| max(x.abs(), r));
-        Ok(Self { nodes, triangles, reach })
+        Ok(Self { nodes, wide, triangles, reach })
     }
 
     /// The largest magnitude of a coordinate.
@@ -232,8 +238,17 @@ pub(super) struct Start {
 
 impl Start {
     pub fn new(origin: Vec3, reach: f32) -> Self {
+        Self::padded(origin, reach, PAD)
+    }
+
+    /// Twice the padding, for tests by other formulas that must not lose what [`interval`] keeps.
+    pub fn loose(origin: Vec3, reach: f32) -> Self {
+        Self::padded(origin, reach, 2.0 * PAD)
+    }
+
+    fn padded(origin: Vec3, reach: f32, pad: f32) -> Self {
         let point = origin.to_array();
-        let pad = PAD * point.iter().fold(reach, |r, x| max(x.abs(), r));
+        let pad = pad * point.iter().fold(reach, |r, x| max(x.abs(), r));
         Self { point, low: point.map(|x| x + pad), high: point.map(|x| x - pad) }
     }
 }

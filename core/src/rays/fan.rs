@@ -8,11 +8,11 @@
 //! they do not, never correctness.
 
 use super::bvh::{MAX_DEPTH, Node, max, min};
+use super::wide::WideNode;
+use super::lanes::{LANES, Lanes, Baseline};
 use super::cast::{Aim, NEXT, Scene, Start, Triangle, inverse_slope, main_axis, meet};
 use glam::Vec3;
 
-/// Rays in a packet. Of 4, 8 and 16, measured on spot and nefertiti.
-pub const LANES: usize = 8;
 /// Rays that are sorted at a time: 64 packets and one part-filled packet a cube side, on the stack.
 pub const BLOCK: usize = 512;
 const SIDES: usize = 6;
@@ -23,7 +23,7 @@ const PACKETS: usize = BLOCK / LANES + SIDES;
 struct Packet {
     slope: [[f32; LANES]; 2],
     inverse: [[f32; LANES]; 2],
-    active: [u32; LANES],   // all ones for a ray that is still free
+    active: u32,            // bit i: ray i is still free
     ray: [u16; LANES],      // place in the block
 }
 
@@ -43,11 +43,11 @@ impl Scene<'_> {
         if self.nodes.is_empty() {
             return hit;
         }
-        let start = Start::new(origin, self.reach());
+        let (start, loose) = (Start::new(origin, self.reach()), Start::loose(origin, self.reach()));
         let empty = Packet {
             slope: [[0.0; LANES]; 2],
             inverse: [[1.0; LANES]; 2],
-            active: [0; LANES],
+            active: 0,
             ray: [0; LANES],
         };
         let mut packets = [empty; PACKETS];
@@ -56,41 +56,99 @@ impl Scene<'_> {
             for packet in &mut packets[first[side]..first[side + 1]] {
                 let sign = if side % 2 == 0 { 1.0 } else { -1.0 };
                 match side / 2 {
-                    0 => self.trace::<0>(&start, sign, packet, &mut hit),
-                    1 => self.trace::<1>(&start, sign, packet, &mut hit),
-                    _ => self.trace::<2>(&start, sign, packet, &mut hit),
+                    0 => self.trace::<Baseline, 0>(&start, &loose, sign, packet, &mut hit),
+                    1 => self.trace::<Baseline, 1>(&start, &loose, sign, packet, &mut hit),
+                    _ => self.trace::<Baseline, 2>(&start, &loose, sign, packet, &mut hit),
                 }
             }
         }
         hit
     }
 
-    fn trace<const AXIS: usize>(&self, start: &Start, sign: f32, packet: &mut Packet, hit: &mut [u64; BLOCK / 64]) {
-        let mut waiting = heapless::Vec::<u32, { MAX_DEPTH + 1 }>::new();
-        let mut at = Some(0);
-        while let Some(node) = at {
-            let node = &self.nodes[node as usize];
-            at = None;
-            if node.count > 0 {
-                for triangle in &self.triangles[node.first as usize..][..node.count as usize] {
-                    if may_meet::<AXIS>(triangle, start, sign, packet) && settle::<AXIS>(triangle, start, sign, packet, hit) {
-                        return;
-                    }
-                }
-            } else {
-                let [a, b] = [0, 1].map(|i| &self.nodes[node.first as usize + i]);
-                let (in_a, in_b) = (enters::<AXIS>(a, start, sign, packet), enters::<AXIS>(b, start, sign, packet));
-                if in_a && in_b {
-                    // The nearer along the axis first: near occluders are large.
-                    let b_first = (b.low[AXIS] + b.high[AXIS]) * sign < (a.low[AXIS] + a.high[AXIS]) * sign;
-                    waiting.push(node.first + !b_first as u32).unwrap_or_else(|_| unreachable!("one entry a level"));
-                    at = Some(node.first + b_first as u32);
-                } else if in_a || in_b {
-                    at = Some(node.first + in_b as u32);
+    #[inline(always)]
+    fn trace<L: Lanes, const AXIS: usize>(
+        &self,
+        start: &Start,
+        loose: &Start,
+        sign: f32,
+        packet: &mut Packet,
+        hit: &mut [u64; BLOCK / 64],
+    ) {
+        let frustum = Frustum::<L>::around(packet);
+        let mut waiting = heapless::Vec::<(u32, u32), { MAX_DEPTH + 1 }>::new();
+        let (mut at, mut children) = (0, frustum.enters::<AXIS>(&self.wide[0], loose, sign));
+        loop {
+            while children == 0 {
+                match waiting.pop() {
+                    Some(next) => (at, children) = next,
+                    None => return,
                 }
             }
-            at = at.or_else(|| waiting.pop());
+            let node = &self.wide[at as usize];
+            let child = children.trailing_zeros() as usize;
+            children &= children - 1;
+            let (first, count) = (node.first[child], node.count[child]);
+            if !enters::<L, AXIS>(&node.child(child), start, sign, packet) {
+                continue;
+            }
+            if count == 0 {
+                if children != 0 {
+                    waiting.push((at, children)).unwrap_or_else(|_| unreachable!("one entry a level"));
+                }
+                at = first;
+                children = frustum.enters::<AXIS>(&self.wide[at as usize], loose, sign);
+            } else {
+                for triangle in &self.triangles[first as usize..][..count as usize] {
+                    let lanes = may_meet::<L, AXIS>(triangle, start, sign, packet);
+                    if lanes != 0 {
+                        settle::<AXIS>(triangle, start, sign, lanes, packet, hit);
+                        if packet.active == 0 {
+                            return;
+                        }
+                    }
+                }
+            }
         }
+    }
+}
+
+/// The pyramid around a packet: the least and the largest slope to both sides.
+struct Frustum<L> {
+    least: [L; 2],
+    most: [L; 2],
+}
+
+impl<L: Lanes> Frustum<L> {
+    #[inline(always)]
+    fn around(packet: &Packet) -> Self {
+        let (mut least, mut most) = ([1.0f32; 2], [-1.0f32; 2]);
+        for k in 0..2 {
+            for i in 0..LANES {
+                if packet.active & 1 << i != 0 {
+                    least[k] = min(packet.slope[k][i], least[k]);
+                    most[k] = max(packet.slope[k][i], most[k]);
+                }
+            }
+        }
+        let splat = |x: [f32; 2]| [L::splat(x[0]), L::splat(x[1])];
+        Self { least: splat(least), most: splat(most) }
+    }
+
+    /// Bit i: the pyramid may touch the padded box of child i. Its four sides and its apex are tested alone.
+    #[inline(always)]
+    fn enters<const AXIS: usize>(&self, node: &WideNode, loose: &Start, sign: f32) -> u32 {
+        let (z, x) = (AXIS, NEXT[AXIS]);
+        let y = NEXT[x];
+        let low = |k: usize| L::load(&node.low[k]).sub(L::splat(loose.low[k]));
+        let high = |k: usize| L::load(&node.high[k]).sub(L::splat(loose.high[k]));
+        let (za, zb) = (low(z).mul(L::splat(sign)), high(z).mul(L::splat(sign)));
+        let (near, far) = (za.min(zb).max(L::splat(0.0)), za.max(zb));
+        let mut bits = near.le(far);
+        for (k, i) in [(x, 0), (y, 1)] {
+            bits &= self.least[i].mul(near).min(self.least[i].mul(far)).le(high(k));
+            bits &= low(k).le(self.most[i].mul(near).max(self.most[i].mul(far)));
+        }
+        bits
     }
 }
 
@@ -120,7 +178,7 @@ fn sort(packets: &mut [Packet; PACKETS], directions: &[Vec3]) -> [usize; SIDES +
                 packet.slope[k][lane] = sides[k] / length;
                 packet.inverse[k][lane] = inverse_slope(sides[k], length);
             }
-            packet.active[lane] = !0;
+            packet.active |= 1 << lane;
             packet.ray[lane] = i as u16;
         }
     }
@@ -129,67 +187,56 @@ fn sort(packets: &mut [Packet; PACKETS], directions: &[Vec3]) -> [usize; SIDES +
 
 /// Whether any active ray is inside the padded box at some depth: `cast::interval` over lanes.
 #[inline(always)]
-fn enters<const AXIS: usize>(node: &Node, start: &Start, sign: f32, packet: &Packet) -> bool {
+fn enters<L: Lanes, const AXIS: usize>(node: &Node, start: &Start, sign: f32, packet: &Packet) -> bool {
     let (z, x) = (AXIS, NEXT[AXIS]);
     let y = NEXT[x];
     let low = |k: usize| node.low[k] - start.low[k];
     let high = |k: usize| node.high[k] - start.high[k];
     let (za, zb) = (low(z) * sign, high(z) * sign);
     let (z_near, z_far) = (max(min(za, zb), 0.0), max(za, zb));
-    let (xa, xb, ya, yb) = (low(x), high(x), low(y), high(y));
-    let mut any = 0;
-    for i in 0..LANES {
-        let (xa, xb) = (xa * packet.inverse[0][i], xb * packet.inverse[0][i]);
-        let (ya, yb) = (ya * packet.inverse[1][i], yb * packet.inverse[1][i]);
-        let near = max(max(z_near, min(xa, xb)), min(ya, yb));
-        let far = min(min(z_far, max(xa, xb)), max(ya, yb));
-        any |= if near <= far { packet.active[i] } else { 0 };
-    }
-    any != 0
+    let inverse = [L::load(&packet.inverse[0]), L::load(&packet.inverse[1])];
+    let (xa, xb) = (L::splat(low(x)).mul(inverse[0]), L::splat(high(x)).mul(inverse[0]));
+    let (ya, yb) = (L::splat(low(y)).mul(inverse[1]), L::splat(high(y)).mul(inverse[1]));
+    let near = L::splat(z_near).max(xa.min(xb)).max(ya.min(yb));
+    let far = L::splat(z_far).min(xa.max(xb)).min(ya.max(yb));
+    near.le(far) & packet.active != 0
 }
 
 /// Whether the edge functions of any active ray are not of both signs.
 #[inline(always)]
-fn may_meet<const AXIS: usize>(triangle: &Triangle, start: &Start, sign: f32, packet: &Packet) -> bool {
+fn may_meet<L: Lanes, const AXIS: usize>(triangle: &Triangle, start: &Start, sign: f32, packet: &Packet) -> u32 {
     let (z, x) = (AXIS, NEXT[AXIS]);
     let y = NEXT[x];
-    let local = triangle.corners.map(|p| [p[x] - start.point[x], p[y] - start.point[y], (p[z] - start.point[z]) * sign]);
-    let mut any = 0;
-    for i in 0..LANES {
-        let [a, b, c] =
-            local.map(|p| [p[0] - packet.slope[0][i] * p[2], p[1] - packet.slope[1][i] * p[2]]);
-        let (u, v, w) = (b_cross(b, c), b_cross(c, a), b_cross(a, b));
-        let least = min(min(u, v), w);
-        let most = max(max(u, v), w);
-        any |= if least >= 0.0 || most <= 0.0 { packet.active[i] } else { 0 };
-    }
-    any != 0
+    let slope = [L::load(&packet.slope[0]), L::load(&packet.slope[1])];
+    let corner = |p: &[f32; 3]| {
+        let depth = L::splat((p[z] - start.point[z]) * sign);
+        let side = |k: usize, slope: L| L::splat(p[k] - start.point[k]).sub(slope.mul(depth));
+        [side(x, slope[0]), side(y, slope[1])]
+    };
+    let [a, b, c] = [corner(&triangle.corners[0]), corner(&triangle.corners[1]), corner(&triangle.corners[2])];
+    let cross = |p: [L; 2], q: [L; 2]| q[0].mul(p[1]).sub(q[1].mul(p[0]));
+    let (u, v, w) = (cross(b, c), cross(c, a), cross(a, b));
+    let zero = L::splat(0.0);
+    (zero.le(u.min(v).min(w)) | u.max(v).max(w).le(zero)) & packet.active
 }
 
-#[inline(always)]
-fn b_cross(p: [f32; 2], q: [f32; 2]) -> f32 {
-    q[0] * p[1] - q[1] * p[0]
-}
-
-/// Gives the active rays to the scalar test; those that hit become inactive. True when none is left.
-#[inline(never)]
+/// Gives the rays of `lanes` to the scalar test; those that hit become inactive.
 fn settle<const AXIS: usize>(
     triangle: &Triangle,
     start: &Start,
     sign: f32,
+    mut lanes: u32,
     packet: &mut Packet,
     hit: &mut [u64; BLOCK / 64],
-) -> bool {
-    for i in 0..LANES {
-        if packet.active[i] != 0 {
-            let pair = |of: &[[f32; LANES]; 2]| [of[0][i], of[1][i]];
-            let aim =
-                Aim { axis: AXIS, sign, length: 1.0, slope: pair(&packet.slope), inverse: pair(&packet.inverse) };
-            if meet(triangle, start, &aim).is_some() {
-                packet.active[i] = 0;
-                hit[packet.ray[i] as usize / 64] |= 1 << (packet.ray[i] % 64);
-            }
+) {
+    while lanes != 0 {
+        let i = lanes.trailing_zeros() as usize;
+        lanes &= lanes - 1;
+        let pair = |of: &[[f32; LANES]; 2]| [of[0][i], of[1][i]];
+        let aim = Aim { axis: AXIS, sign, length: 1.0, slope: pair(&packet.slope), inverse: pair(&packet.inverse) };
+        if meet(triangle, start, &aim).is_some() {
+            packet.active &= !(1 << i);
+            hit[packet.ray[i] as usize / 64] |= 1 << (packet.ray[i] % 64);
         }
     }
-    packet.active == [0; LANES]
 }

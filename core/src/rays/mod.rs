@@ -6,3 +6,5 @@ pub mod cast;
 pub mod directions;
 pub mod exposure;
 pub mod fan;
+pub mod lanes;
+mod wide;
