@@ -5,6 +5,7 @@ pub mod overlap;
 pub mod loops;
 pub mod polygon;
 pub mod repair;
+pub mod normals;
 pub mod topology;
 pub mod view;
 

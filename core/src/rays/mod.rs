@@ -1,3 +1,10 @@
-//! Rays: hierarchy, casting, exposure.
+//! Rays: hierarchy, casting, directions, exposure.
 
+pub mod binned;
 pub mod bvh;
+pub mod cast;
+pub mod directions;
+pub mod exposure;
+pub mod fan;
+pub mod lanes;
+mod wide;
