@@ -1,5 +1,6 @@
 //! The lowest floor: memory, workers, progress, numbers.
 
+pub mod buckets;
 pub mod heap;
 pub mod progress;
 pub mod random;

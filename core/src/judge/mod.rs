@@ -1,1 +1,12 @@
-//! Judging any UV map: distortion, seams, overlap, statistics.
+//! Judging any UV map, whoever made it.
+
+pub mod atlas;
+pub mod charts;
+pub mod coverage;
+pub mod distortion;
+pub mod grid;
+pub mod input;
+pub mod measure;
+pub mod overlap;
+pub mod seams;
+pub mod wedges;

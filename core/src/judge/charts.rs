@@ -1,0 +1,134 @@
+//! Charts as pieces of the plane: how many, which are disks, which faces are flipped, which charts are mirrored.
+//!
+//! A chart's orientation is the sign of its UV area; a face is flipped when it has the other sign. A chart mirrored as
+//! a whole has no flipped face: it is counted apart, against the orientation of the whole map. Faces that are degenerate
+//! or have no UV area are never flipped.
+
+use super::distortion::Sound;
+use super::input::Areas;
+use super::wedges::UvTopology;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::mesh::view::NONE;
+
+/// Counts over charts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Charts {
+    /// Charts.
+    pub count: usize,
+    /// Charts whose Euler characteristic is not 1.
+    pub non_disks: usize,
+    /// Charts whose UV area has the other sign than the whole map's.
+    pub mirrored: usize,
+    /// Faces whose UV area has the other sign than their chart's.
+    pub flipped_faces: usize,
+    /// Share of the area (of faces with UV) that is flipped.
+    pub flipped_area: f64,
+}
+
+/// Bytes that [`charts`] needs.
+pub const fn charts_need(chart_count: usize) -> usize {
+    bytes_for::<f64>(chart_count)
+}
+
+/// Counts disks, mirrored charts and flipped faces.
+pub fn charts(
+    topology: &UvTopology,
+    areas: Areas,
+    sound: Sound,
+    mut scratch: Scratch,
+) -> Result<Charts, ScratchTooSmall> {
+    scratch.require(charts_need(topology.chart_count))?;
+    let signed = scratch.take::<f64>(topology.chart_count)?;
+    let mapped = || topology.chart.iter().enumerate().filter(|(_, c)| **c != NONE).map(|(f, c)| (f, *c as usize));
+    mapped().for_each(|(f, c)| signed[c] += areas.uv[f]);
+    let flipped = |&(f, c): &(usize, usize)| {
+        let uv = areas.uv[f];
+        areas.solid[f] > sound.solid_floor && uv.abs() > sound.uv_floor && sign(uv) != sign(signed[c])
+    };
+    let area = mapped().fold(0.0, |sum, (f, _)| sum + areas.solid[f]);
+    let (flipped_faces, flipped_sum) =
+        mapped().filter(flipped).fold((0, 0.0), |(n, a), (f, _)| (n + 1, a + areas.solid[f]));
+    let majority = if signed.iter().sum::<f64>() < 0.0 { -1 } else { 1 };
+    Ok(Charts {
+        count: topology.chart_count,
+        non_disks: topology.euler.iter().filter(|x| **x != 1).count(),
+        mirrored: signed.iter().filter(|s| sign(**s) == -majority).count(),
+        flipped_faces,
+        flipped_area: flipped_sum / area,
+    })
+}
+
+/// -1, 0 or 1.
+fn sign(x: f64) -> i32 {
+    (x > 0.0) as i32 - (x < 0.0) as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::input::{UvMesh, areas, areas_need};
+    use super::super::wedges::{uv_topology, uv_topology_need};
+    use super::*;
+    use glam::{DVec2, DVec3};
+    use std::{vec, vec::Vec};
+
+    /// A row of squares in space, two faces each, with UVs as given by `uv` of (square, corner's place).
+    fn judge(squares: usize, uv: impl Fn(usize, DVec2) -> DVec2) -> Charts {
+        let place = |s: usize, i: usize| DVec2::new((s + i % 2) as f64, (i / 2) as f64);
+        let (mut positions, mut triangles, mut corner_uv) = (vec![], vec![], vec![]);
+        for s in 0..squares {
+            positions.extend((0..4).map(|i| place(s, i).extend(0.0)));
+            for t in [[0, 1, 3], [0, 3, 2]] {
+                triangles.push(t.map(|i| (4 * s + i) as u32));
+                corner_uv.push(t.map(|i| uv(s, place(s, i))));
+            }
+        }
+        judge_mesh(&positions, &triangles, &corner_uv)
+    }
+
+    fn judge_mesh(positions: &[DVec3], triangles: &[[u32; 3]], corner_uv: &[[DVec2; 3]]) -> Charts {
+        let mesh = UvMesh { positions, triangles, corner_uv };
+        let faces = triangles.len();
+        let mut bytes = vec![0; areas_need(faces) + uv_topology_need(positions.len(), faces) + charts_need(faces)];
+        let mut scratch = Scratch::new(&mut bytes);
+        let areas = areas(mesh, &mut scratch).unwrap();
+        let topology = uv_topology(mesh, &mut scratch).unwrap();
+        charts(&topology, areas, Sound::of(mesh, areas, 1.0), scratch).unwrap()
+    }
+
+    #[test]
+    fn a_strip_is_one_disk_without_flips() {
+        assert_eq!(judge(4, |_, p| p), Charts { count: 1, ..Charts::default() });
+    }
+
+    #[test]
+    fn a_chart_mirrored_as_a_whole_has_no_flips() {
+        let charts = judge(3, |s, p| if s == 1 { DVec2::new(9.0 - p.x, p.y) } else { p });
+        assert_eq!((charts.count, charts.mirrored, charts.flipped_faces), (3, 1, 0));
+        // Where all is mirrored, nothing is mirrored against the rest.
+        assert_eq!(judge(3, |_, p| DVec2::new(-p.x, p.y)).mirrored, 0);
+    }
+
+    #[test]
+    fn a_folded_square_is_flipped_in_its_chart() {
+        // x folds back after 2: the third square runs the other way under the second.
+        let charts = judge(3, |_, p| DVec2::new(if p.x > 2.0 { 4.0 - p.x } else { p.x }, p.y));
+        assert_eq!((charts.count, charts.flipped_faces, charts.mirrored), (1, 2, 0));
+        assert!((charts.flipped_area - 1.0 / 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_ring_and_a_closed_surface_are_no_disks() {
+        let ring: Vec<DVec3> =
+            (0..8).map(|i| DVec3::new((i % 4) as f64, ((i % 4) * (i % 4)) as f64, (i / 4) as f64)).collect();
+        let faces: Vec<[u32; 3]> =
+            (0..4).flat_map(|i| [[i, (i + 1) % 4, 4 + i], [(i + 1) % 4, 4 + (i + 1) % 4, 4 + i]]).collect();
+        let flat = |t: &[u32; 3]| t.map(|v| ring[v as usize].truncate() * (1.0 + ring[v as usize].z));
+        let uv: Vec<[DVec2; 3]> = faces.iter().map(flat).collect();
+        assert_eq!(judge_mesh(&ring, &faces, &uv).non_disks, 1);
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let uv =
+            faces.map(|t: [u32; 3]| t.map(|v| corners[v as usize].truncate() + corners[v as usize].z * DVec2::ONE));
+        assert_eq!(judge_mesh(&corners, &faces, &uv).non_disks, 1);
+    }
+}

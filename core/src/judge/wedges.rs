@@ -1,0 +1,346 @@
+//! What is connected to what in UV: welded vertices, welded UV corners (wedges), edges, seams, charts.
+//!
+//! Vertices at bit-equal positions are one (so that an exporter that splits vertices at seams cannot hide them). Two
+//! corners are one wedge when they stand at one vertex and their UVs agree to 1e-7 of the UV extent. An edge is a seam
+//! when two faces along it have different wedges at an end; the open border is no seam. Charts are the components of
+//! faces across equal wedge pairs. Where more than two faces meet at an edge, consecutive ones are compared, in the order
+//! (side of the face, face): arbitrary, but the convention of the evaluator that these figures are compared with.
+//! Everything is grouped by counting sorts: near-linear. Faces without UV belong to no edge and no chart.
+
+use super::input::UvMesh;
+use crate::base::buckets::{Buckets, buckets_need};
+use crate::base::real::floor;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::union_find::UnionFind;
+use crate::mesh::view::NONE;
+use bytemuck::{Pod, Zeroable};
+use core::cmp::Ordering;
+use glam::{DVec2, DVec3};
+
+/// UVs at one vertex closer than about this share of the UV extent are one wedge. Six decimals in a file of a unit
+/// atlas need more than 1e-6 apart to be seen as two; f32 rounding of one value stays below 6e-8.
+pub const UV_TOLERANCE: f64 = 1e-7;
+
+/// An edge of the welded mesh between faces that have UV.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Edge {
+    /// The end with the lower vertex number.
+    pub low: u32,
+    /// The other end; the same as `low` along a face that names one place twice.
+    pub high: u32,
+    /// Faces that have it as a side.
+    pub face_count: u32,
+    /// 1 where the map is cut along it, else 0.
+    pub seam: u32,
+}
+
+impl Edge {
+    /// Whether the map is cut along this edge.
+    pub fn is_seam(&self) -> bool {
+        self.seam != 0
+    }
+}
+
+/// Connectivity of a UV map.
+pub struct UvTopology<'a> {
+    /// For each input vertex, the lowest vertex at the same place.
+    pub welded: &'a [u32], // (n)
+    /// Different places.
+    pub vertex_count: usize,
+    /// Wedge of each corner, 0..wedge_count; [`NONE`] without UV.
+    pub wedge: &'a [[u32; 3]], // (f)
+    /// Different wedges.
+    pub wedge_count: usize,
+    /// Chart of each face, numbered by their first faces; [`NONE`] without UV.
+    pub chart: &'a [u32], // (f)
+    /// Charts.
+    pub chart_count: usize,
+    /// Edges in order of (low, high).
+    pub edges: &'a [Edge],
+    /// Bit i is set where the side of corner i (to the next corner) is a seam.
+    pub seam_sides: &'a [u8], // (f)
+    /// Vertices - edges + faces of each chart, counted in UV; 1 is a disk.
+    pub euler: &'a [i32], // (chart_count)
+}
+
+/// Bytes that [`uv_topology`] takes, its own temporary ones included.
+pub const fn uv_topology_need(vertices: usize, faces: usize) -> usize {
+    let kept = bytes_for::<u32>(vertices)
+        + bytes_for::<[u32; 3]>(faces)
+        + 2 * bytes_for::<u32>(faces)
+        + bytes_for::<u8>(faces)
+        + bytes_for::<Edge>(3 * faces);
+    let weld = bytes_for::<u32>(vertices);
+    let group = buckets_need(if vertices > 3 * faces { vertices } else { 3 * faces }, 3 * faces);
+    let join = bytes_for::<u32>(faces);
+    kept + if weld > group + join { weld } else { group + join }
+}
+
+/// Finds wedges, edges, seams and charts of `mesh`. All indices must be in range.
+pub fn uv_topology<'s>(mesh: UvMesh, scratch: &mut Scratch<'s>) -> Result<UvTopology<'s>, ScratchTooSmall> {
+    let (vertices, faces) = (mesh.positions.len(), mesh.triangles.len());
+    scratch.require(uv_topology_need(vertices, faces))?;
+    let welded = scratch.take::<u32>(vertices)?;
+    let wedge = scratch.take_filled(faces, [NONE; 3])?;
+    let chart = scratch.take_filled(faces, NONE)?;
+    let euler = scratch.take::<i32>(faces)?;
+    let seam_sides = scratch.take::<u8>(faces)?;
+    let edges = scratch.take::<Edge>(3 * faces)?;
+
+    let vertex_count = weld(welded, mesh.positions, scratch.frame())?;
+    let wedge_count = weld_uv(wedge, mesh, welded, scratch.frame())?;
+    let ends = Ends { triangles: mesh.triangles, welded, wedge };
+    let (edge_count, chart_count) = join(edges, chart, seam_sides, ends, scratch.frame())?;
+    let euler = &mut euler[..chart_count];
+    count_euler(euler, chart, ends, wedge_count, scratch.frame())?;
+    let edges = &edges[..edge_count];
+    Ok(UvTopology { welded, vertex_count, wedge, wedge_count, chart, chart_count, edges, seam_sides, euler })
+}
+
+/// Points each vertex to the lowest one at its place; returns the number of places. -0 and 0 are one place.
+fn weld(welded: &mut [u32], positions: &[DVec3], mut scratch: Scratch) -> Result<usize, ScratchTooSmall> {
+    let order = scratch.take::<u32>(positions.len())?;
+    order.iter_mut().enumerate().for_each(|(i, v)| *v = i as u32);
+    let place = |v: u32| positions[v as usize] + DVec3::ZERO;
+    let compare = |a: u32, b: u32| {
+        let (p, q) = (place(a), place(b));
+        p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z))
+    };
+    order.sort_unstable_by(|a, b| compare(*a, *b).then(a.cmp(b)));
+    let mut count = 0;
+    for group in order.chunk_by(|a, b| compare(*a, *b) == Ordering::Equal) {
+        group.iter().for_each(|v| welded[*v as usize] = group[0]);
+        count += 1;
+    }
+    Ok(count)
+}
+
+/// Numbers the wedges; returns how many there are.
+fn weld_uv(
+    wedge: &mut [[u32; 3]],
+    mesh: UvMesh,
+    welded: &[u32],
+    mut scratch: Scratch,
+) -> Result<usize, ScratchTooSmall> {
+    let Some(uv_box) = mesh.uv_box() else { return Ok(0) };
+    let step = UV_TOLERANCE * uv_box.extent();
+    let vertex = |c: u32| welded[mesh.triangles[c as usize / 3][c as usize % 3] as usize];
+    let cell = |c: u32| {
+        let uv: DVec2 = mesh.corner_uv[c as usize / 3][c as usize % 3];
+        (half_even(uv.x / step) as i64, half_even(uv.y / step) as i64)
+    };
+    let key = |c: u32| mesh.has_uv(c as usize / 3).then(|| vertex(c));
+    let mut corners = Buckets::new(mesh.positions.len(), 3 * mesh.triangles.len(), key, &mut scratch)?;
+    let mut count = 0;
+    for v in 0..corners.key_count() {
+        let here = corners.get_mut(v);
+        here.sort_unstable_by_key(|c| (cell(*c), *c));
+        for group in here.chunk_by(|a, b| cell(*a) == cell(*b)) {
+            group.iter().for_each(|c| wedge[*c as usize / 3][*c as usize % 3] = count as u32);
+            count += 1;
+        }
+    }
+    Ok(count)
+}
+
+/// Nearest integer, halves to the even one, as NumPy rounds: a UV on the middle between two cells welds as there.
+fn half_even(x: f64) -> f64 {
+    let low = floor(x);
+    let rest = x - low;
+    let odd = low - 2.0 * floor(low * 0.5) != 0.0;
+    if rest > 0.5 || (rest == 0.5 && odd) { low + 1.0 } else { low }
+}
+
+/// The ends of half-edges; half-edge `side * f + face` runs from corner `side` of `face` to the next corner.
+#[derive(Clone, Copy)]
+struct Ends<'a> {
+    triangles: &'a [[u32; 3]],
+    welded: &'a [u32],
+    wedge: &'a [[u32; 3]],
+}
+
+impl Ends<'_> {
+    fn face_side(&self, half_edge: u32) -> (usize, usize) {
+        let faces = self.triangles.len();
+        (half_edge as usize % faces, half_edge as usize / faces)
+    }
+
+    /// (low vertex, high vertex).
+    fn vertices(&self, half_edge: u32) -> (u32, u32) {
+        let (face, side) = self.face_side(half_edge);
+        let [a, b] = [side, (side + 1) % 3].map(|i| self.welded[self.triangles[face][i] as usize]);
+        (a.min(b), a.max(b))
+    }
+
+    /// (wedge at the low vertex, wedge at the high vertex).
+    fn wedges(&self, half_edge: u32) -> (u32, u32) {
+        let (face, side) = self.face_side(half_edge);
+        let next = (side + 1) % 3;
+        let [a, b] = [side, next].map(|i| self.welded[self.triangles[face][i] as usize]);
+        let (p, q) = (self.wedge[face][side], self.wedge[face][next]);
+        if a < b { (p, q) } else { (q, p) }
+    }
+
+    fn has_uv(&self, half_edge: u32) -> bool {
+        self.wedge[self.face_side(half_edge).0][0] != NONE
+    }
+}
+
+/// Lists edges and joins faces into charts; returns how many of both there are.
+fn join(
+    edges: &mut [Edge],
+    chart: &mut [u32],
+    seam_sides: &mut [u8],
+    ends: Ends,
+    mut scratch: Scratch,
+) -> Result<(usize, usize), ScratchTooSmall> {
+    let faces = ends.triangles.len();
+    let mut sets = UnionFind::new(scratch.take::<u32>(faces)?);
+    let key = |h: u32| ends.has_uv(h).then(|| ends.vertices(h).0);
+    let mut half_edges = Buckets::new(ends.welded.len(), 3 * faces, key, &mut scratch)?;
+    let mut edge_count = 0;
+    for v in 0..half_edges.key_count() {
+        let here = half_edges.get_mut(v);
+        here.sort_unstable_by_key(|h| (ends.vertices(*h).1, *h));
+        for group in here.chunk_by(|a, b| ends.vertices(*a).1 == ends.vertices(*b).1) {
+            let mut seam = false;
+            for pair in group.windows(2) {
+                if ends.wedges(pair[0]) == ends.wedges(pair[1]) {
+                    sets.union(ends.face_side(pair[0]).0 as u32, ends.face_side(pair[1]).0 as u32);
+                } else {
+                    seam = true;
+                }
+            }
+            if seam {
+                group.iter().map(|h| ends.face_side(*h)).for_each(|(face, side)| seam_sides[face] |= 1 << side);
+            }
+            let (low, high) = ends.vertices(group[0]);
+            edges[edge_count] = Edge { low, high, face_count: group.len() as u32, seam: seam as u32 };
+            edge_count += 1;
+        }
+    }
+    Ok((edge_count, number_charts(chart, ends, &mut sets)))
+}
+
+/// A set's root is its smallest face, so it comes by before the set's other faces.
+fn number_charts(chart: &mut [u32], ends: Ends, sets: &mut UnionFind) -> usize {
+    let mut count = 0;
+    for f in (0..chart.len()).filter(|f| ends.wedge[*f][0] != NONE) {
+        let root = sets.find(f as u32) as usize;
+        if root == f {
+            chart[f] = count;
+            count += 1;
+        } else {
+            chart[f] = chart[root];
+        }
+    }
+    count as usize
+}
+
+/// Vertices - edges + faces of each chart, with wedges as its vertices.
+fn count_euler(
+    euler: &mut [i32],
+    chart: &[u32],
+    ends: Ends,
+    wedge_count: usize,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let faces = chart.len();
+    chart.iter().filter(|c| **c != NONE).for_each(|c| euler[*c as usize] += 1);
+    {
+        let key = |c: u32| Some(ends.wedge[c as usize / 3][c as usize % 3]).filter(|w| *w != NONE);
+        let mut frame = scratch.frame();
+        let mut corners = Buckets::new(wedge_count, 3 * faces, key, &mut frame)?;
+        let chart_of = |c: &u32| chart[*c as usize / 3];
+        for w in 0..wedge_count {
+            let here = corners.get_mut(w);
+            here.sort_unstable_by_key(chart_of);
+            here.chunk_by(|a, b| chart_of(a) == chart_of(b)).for_each(|g| euler[chart_of(&g[0]) as usize] += 1);
+        }
+    }
+    let pair = |h: &u32| {
+        let (p, q) = ends.wedges(*h);
+        (p.min(q), p.max(q), chart[ends.face_side(*h).0])
+    };
+    let key = |h: u32| ends.has_uv(h).then(|| pair(&h).0);
+    let mut half_edges = Buckets::new(wedge_count, 3 * faces, key, &mut scratch)?;
+    for w in 0..wedge_count {
+        let here = half_edges.get_mut(w);
+        here.sort_unstable_by_key(pair);
+        here.chunk_by(|a, b| pair(a) == pair(b)).for_each(|g| euler[pair(&g[0]).2 as usize] -= 1);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec;
+
+    /// A unit square of two faces; `shift` moves the second face's UVs.
+    fn square(shift: f64) -> ([DVec3; 4], [[u32; 3]; 2], [[DVec2; 3]; 2]) {
+        let uv = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+        let positions = uv.map(|p| p.extend(0.0));
+        let triangles = [[0, 1, 2], [0, 2, 3]];
+        let mut corner_uv = triangles.map(|t: [u32; 3]| t.map(|v| uv[v as usize]));
+        corner_uv[1].iter_mut().for_each(|p| *p += DVec2::splat(shift));
+        (positions, triangles, corner_uv)
+    }
+
+    fn with_topology(mesh: UvMesh, check: impl Fn(UvTopology)) {
+        let mut bytes = vec![0; uv_topology_need(mesh.positions.len(), mesh.triangles.len())];
+        let short = bytes.len() - 1;
+        assert!(uv_topology(mesh, &mut Scratch::new(&mut bytes[..short])).is_err());
+        check(uv_topology(mesh, &mut Scratch::new(&mut bytes)).unwrap());
+    }
+
+    #[test]
+    fn a_square_in_one_piece_is_one_disk_without_seams() {
+        let (positions, triangles, corner_uv) = square(0.0);
+        with_topology(UvMesh { positions: &positions, triangles: &triangles, corner_uv: &corner_uv }, |t| {
+            assert_eq!((t.vertex_count, t.wedge_count, t.chart_count, t.edges.len()), (4, 4, 1, 5));
+            assert_eq!((t.euler, t.seam_sides), (&[1][..], &[0, 0][..]));
+        });
+    }
+
+    #[test]
+    fn a_shift_cuts_the_diagonal() {
+        let (positions, triangles, corner_uv) = square(1.0);
+        with_topology(UvMesh { positions: &positions, triangles: &triangles, corner_uv: &corner_uv }, |t| {
+            assert_eq!((t.wedge_count, t.chart_count, t.euler), (6, 2, &[1, 1][..]));
+            assert_eq!(t.seam_sides, [0b100, 0b001]);
+            let seam = t.edges.iter().find(|e| e.is_seam()).unwrap();
+            assert_eq!((seam.low, seam.high, seam.face_count), (0, 2, 2));
+        });
+    }
+
+    #[test]
+    fn vertices_split_by_an_exporter_are_one() {
+        let (positions, _, corner_uv) = square(0.0);
+        let mut split = positions.to_vec();
+        split.extend([positions[0], positions[2], -positions[0]]); // the last is (-0, -0, -0)
+        let triangles = [[0, 1, 5], [4, 2, 3]];
+        with_topology(UvMesh { positions: &split, triangles: &triangles, corner_uv: &corner_uv }, |t| {
+            assert_eq!((t.vertex_count, t.chart_count), (4, 1));
+            assert_eq!(t.welded, [0, 1, 2, 3, 0, 2, 0]);
+        });
+    }
+
+    #[test]
+    fn faces_without_uv_belong_to_nothing() {
+        let (positions, triangles, mut corner_uv) = square(0.0);
+        corner_uv[0][1].x = f64::NAN;
+        with_topology(UvMesh { positions: &positions, triangles: &triangles, corner_uv: &corner_uv }, |t| {
+            assert_eq!((t.chart, t.edges.len(), t.wedge[0]), (&[NONE, 0][..], 3, [NONE; 3]));
+        });
+        with_topology(UvMesh { positions: &[], triangles: &[], corner_uv: &[] }, |t| {
+            assert_eq!((t.chart_count, t.edges.len()), (0, 0));
+        });
+    }
+
+    #[test]
+    fn halves_round_to_the_even_integer() {
+        assert_eq!([0.5, 1.5, -0.5, -1.5, 2.4, -2.6].map(half_even), [0.0, 2.0, 0.0, -2.0, 2.0, -3.0]);
+    }
+}
