@@ -1,0 +1,5 @@
+//! The seamwright command as a library: files in and out, threads, progress, reports.
+#![forbid(unsafe_code)]
+
+pub mod mesh;
+pub mod obj;
