@@ -1,2 +1,19 @@
 //! The seamwright command.
-fn main() {}
+
+use clap::Parser;
+use seamwright::{args::CommandLine, commands, progress};
+use std::io::{Write, stderr};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let line = CommandLine::parse();
+    progress::listen_for_stop();
+    match commands::run(&line.command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            // Nobody may be left to read it; the code still tells.
+            let _ = writeln!(stderr(), "seamwright: {failure}");
+            ExitCode::from(failure.code())
+        }
+    }
+}

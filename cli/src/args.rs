@@ -1,0 +1,212 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use seamwright_core::pipeline;
+use std::path::PathBuf;
+
+const AFTER_HELP: &str = "\
+Exit codes: 0 done, 2 wrong command line, 3 input unreadable or not a mesh, 4 output not writable,
+5 the run could not reach what was asked, 130 stopped by Ctrl-C or a signal (no output is written).
+Outputs replace files of the same name, each whole or not at all.";
+
+/// UV unwrapping with charts that are parts and seams that hide.
+#[derive(Debug, Parser)]
+#[command(name = "seamwright", version, after_help = AFTER_HELP)]
+pub struct CommandLine {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Give a mesh a UV atlas
+    Unwrap(UnwrapArgs),
+    /// Print the figures of UV-mapped OBJ files, whatever tool made them
+    Measure(MeasureArgs),
+    /// Draw a UV-mapped OBJ file: views, seams, checkerboard, atlas
+    Render(RenderArgs),
+    /// Unwrap a built-in mesh, to see what the main job does
+    Demo(DemoArgs),
+}
+
+/// `unwrap`.
+#[derive(Debug, Args)]
+pub struct UnwrapArgs {
+    /// The mesh (.obj). Existing UVs are replaced
+    pub mesh: PathBuf,
+    /// The OBJ to write. May be the input itself: everything but the UVs stays byte for byte as it was
+    #[arg(short, long, value_name = "OUT.obj")]
+    pub output: PathBuf,
+    /// What makes the map
+    #[arg(long, value_enum, default_value_t = Method::Exact)]
+    pub method: Method,
+    /// How the atlas is made.
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+    /// Keep the borders of the UVs that the file has as cuts
+    #[arg(long)]
+    pub keep_seams: bool,
+    /// Also draw the result
+    #[arg(long, value_name = "OUT.png")]
+    pub sheet: Option<PathBuf>,
+    /// Also write a report; - is standard output
+    #[arg(long, value_name = "REPORT.json|-")]
+    pub json: Option<PathBuf>,
+    /// How it runs.
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// How the atlas is made.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct SettingsArgs {
+    /// Mean distortion to stay below: symmetric Dirichlet energy over 4, where 1 is an isometry. Lower: more seams
+    #[arg(long, value_name = "BOUND", default_value_t = pipeline::Settings::default().distortion, value_parser = distortion)]
+    pub distortion: f64,
+    /// Charts of each connected piece
+    #[arg(long, value_enum, default_value_t = Charts::Few)]
+    pub charts: Charts,
+    /// How charts are placed
+    #[arg(long, value_enum, default_value_t = Packing::Tight)]
+    pub packing: Packing,
+    /// Side of the texture in texels
+    #[arg(long, value_name = "TEXELS", default_value_t = pipeline::Settings::default().size, value_parser = clap::value_parser!(u32).range(16..=65536))]
+    pub size: u32,
+    /// Empty texels between charts
+    #[arg(long, value_name = "TEXELS", default_value_t = pipeline::Settings::default().padding)]
+    pub padding: u32,
+    /// Exposure rays of each vertex
+    #[arg(long, value_name = "COUNT", default_value_t = pipeline::Settings::default().rays, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub rays: u32,
+    /// Seed of every random choice
+    #[arg(long, default_value_t = pipeline::Settings::default().seed)]
+    pub seed: u64,
+}
+
+/// How a run behaves.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct RunArgs {
+    /// Threads; as many as the machine runs at once by default. The result does not depend on it
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `measure`.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    /// UV-mapped OBJ files
+    #[arg(required = true, value_name = "FILE.obj")]
+    pub files: Vec<PathBuf>,
+    /// Print JSON in place of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// A UV-mapped OBJ file
+    #[arg(value_name = "FILE.obj")]
+    pub file: PathBuf,
+    /// The picture to write
+    #[arg(short, long, value_name = "SHEET.png")]
+    pub output: PathBuf,
+}
+
+/// `demo`.
+#[derive(Debug, Args)]
+pub struct DemoArgs {
+    /// Folder to write to; made if it is not there
+    #[arg(short, long, value_name = "DIR", default_value = "seamwright-demo")]
+    pub output: PathBuf,
+    /// How it runs.
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// What makes the map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Cuts by exposure and distortion, then flattening; no training
+    Exact,
+}
+
+/// Charts of each connected piece.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Charts {
+    /// As many as hide the seams best
+    Few,
+    /// One, where the bound and a flat layout without overlap allow it
+    One,
+}
+
+/// How charts are placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Packing {
+    /// Equal texel density, rotated, into one another's gaps
+    Tight,
+    /// One cell of a square grid a chart
+    Grid,
+}
+
+impl Method {
+    /// As on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Exact => "exact",
+        }
+    }
+}
+
+impl SettingsArgs {
+    /// As core takes them.
+    pub fn to_core(self) -> pipeline::Settings {
+        pipeline::Settings {
+            distortion: self.distortion,
+            charts: match self.charts {
+                Charts::Few => pipeline::Charts::Few,
+                Charts::One => pipeline::Charts::One,
+            },
+            packing: match self.packing {
+                Packing::Tight => pipeline::Packing::Tight,
+                Packing::Grid => pipeline::Packing::Grid,
+            },
+            size: self.size,
+            padding: self.padding,
+            rays: self.rays,
+            seed: self.seed,
+        }
+    }
+}
+
+/// A bound that something can satisfy.
+fn distortion(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(bound) if bound > 1.0 && bound.is_finite() => Ok(bound),
+        Ok(_) => Err("the bound must be above 1, which is no distortion at all; 1.025 is the default".into()),
+        Err(_) => Err("not a number; write for example 1.025".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_sound() {
+        CommandLine::command().debug_assert();
+    }
+
+    #[test]
+    fn the_defaults_are_those_of_core() {
+        let line = CommandLine::parse_from(["seamwright", "unwrap", "a.obj", "-o", "b.obj"]);
+        let Command::Unwrap(args) = line.command else { unreachable!("unwrap was parsed") };
+        assert_eq!(format!("{:?}", args.settings.to_core()), format!("{:?}", pipeline::Settings::default()));
+    }
+}

@@ -1,0 +1,86 @@
+//! Core's pipeline with the memory, threads and library that a desktop has.
+
+use crate::failure::Failure;
+use crate::hierarchy::Obvhs;
+use crate::load::Loaded;
+use crate::mesh::Mesh;
+use crate::progress::{Reporter, stop_requested};
+use glam::DVec2;
+use seamwright_core::base::scratch::Scratch;
+use seamwright_core::base::workers::Workers;
+use seamwright_core::pipeline::{Input, Output, Report, Settings, UnwrapError, unwrap, unwrap_need};
+
+/// A UV atlas of a mesh.
+pub struct Atlas {
+    /// UV of each corner, on a grid of 2^-24.
+    pub corner_uv: Vec<DVec2>, // (c)
+    /// Chart of each polygon.
+    pub polygon_chart: Vec<u32>, // (p)
+    /// Exposure of each vertex, 1 open.
+    pub exposure: Vec<f32>, // (n)
+    /// What was done.
+    pub report: Report,
+}
+
+/// Makes the atlas of `loaded`. With `keep_seams` the borders of its own UVs stay cuts.
+pub fn make(
+    loaded: &Loaded,
+    keep_seams: bool,
+    settings: &Settings,
+    workers: &dyn Workers,
+    progress: &mut Reporter,
+) -> Result<Atlas, Failure> {
+    let mesh = if keep_seams { loaded.mapped()?.0 } else { loaded.polygons()? };
+    let input = Input {
+        positions: &mesh.positions,
+        corners: &mesh.corners,
+        polygon_start: &mesh.polygon_start,
+        kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
+    };
+    let mut atlas = empty(mesh);
+    let mut memory = memory(unwrap_need(&input, settings))?;
+    let output = Output {
+        corner_uv: &mut atlas.corner_uv,
+        polygon_chart: &mut atlas.polygon_chart,
+        exposure: &mut atlas.exposure,
+    };
+    let result = unwrap(output, &input, settings, &Obvhs, Scratch::new(&mut memory), workers, progress);
+    atlas.report = result.map_err(|e| failure(loaded, e))?;
+    if stop_requested() { Err(Failure::Stopped) } else { Ok(atlas) }
+}
+
+fn empty(mesh: &Mesh) -> Atlas {
+    Atlas {
+        corner_uv: vec![DVec2::ZERO; mesh.corners.len()],
+        polygon_chart: vec![0; mesh.polygon_count()],
+        exposure: vec![0.0; mesh.positions.len()],
+        report: Report::default(),
+    }
+}
+
+/// Zeroed bytes. Pages that are never touched cost nothing.
+fn memory(need: usize) -> Result<Box<[u8]>, Failure> {
+    bytemuck::allocation::try_zeroed_slice_box(need).map_err(|()| {
+        let gigabytes = need as f64 / f64::from(1u32 << 30);
+        Failure::Unreached(format!("{gigabytes:.1} GiB of memory are not to be had; free some or simplify the mesh"))
+    })
+}
+
+fn failure(loaded: &Loaded, error: UnwrapError) -> Failure {
+    match error {
+        UnwrapError::Cancelled => Failure::Stopped,
+        UnwrapError::Scratch(e) => Failure::Unreached(format!("{}: {e}; please report this", loaded.path.display())),
+        other => Failure::Input(format!("{}: {other}; repair the mesh", loaded.path.display())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_that_nobody_has_is_an_error() {
+        assert_eq!(memory(usize::MAX).map(|_| ()).map_err(|e| e.code()), Err(5));
+        assert!(memory(1000).is_ok_and(|m| m.iter().all(|b| *b == 0)));
+    }
+}

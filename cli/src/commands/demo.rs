@@ -1,0 +1,29 @@
+//! `seamwright demo`: the main job on a built-in mesh, so that one command shows what the program does.
+
+use super::unwrap::Job;
+use crate::args::{DemoArgs, Method};
+use crate::failure::Failure;
+use crate::load::load_obj;
+use seamwright_core::pipeline::Settings;
+use std::fs;
+use std::path::Path;
+
+/// The built-in mesh: its name and its OBJ.
+const FIXTURE: (&str, &[u8]) = ("knot", include_bytes!("demo.obj"));
+
+/// Runs `seamwright demo`: writes the mesh with its atlas and the report to a folder.
+pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
+    let folder = &args.output;
+    fs::create_dir_all(folder).map_err(|e| Failure::output("-o", folder, &e))?;
+    let (name, bytes) = FIXTURE;
+    let job = Job {
+        output: folder.join(name).with_extension("obj"),
+        sheet: None,
+        json: Some(folder.join(name).with_extension("json")),
+        method: Method::Exact,
+        settings: Settings::default(),
+        keep_seams: false,
+        run: args.run,
+    };
+    job.run(|| load_obj(Path::new(name), bytes.to_vec()))
+}

@@ -1,0 +1,19 @@
+//! The commands: each takes its arguments, does its work and says how it went.
+
+mod demo;
+mod measure;
+mod render;
+mod unwrap;
+
+use crate::args::Command;
+use crate::failure::Failure;
+
+/// Runs `command`.
+pub fn run(command: &Command) -> Result<(), Failure> {
+    match command {
+        Command::Unwrap(args) => unwrap::unwrap(args),
+        Command::Measure(args) => measure::measure(args),
+        Command::Render(args) => render::render(args),
+        Command::Demo(args) => demo::demo(args),
+    }
+}

@@ -1,0 +1,195 @@
+//! `seamwright unwrap`: a mesh in, the same mesh with an atlas out.
+
+use crate::args::{Method, RunArgs, UnwrapArgs};
+use crate::atlas::{self, Atlas};
+use crate::failure::Failure;
+use crate::load::{Loaded, load};
+use crate::progress::{Reporter, Show, stop_requested};
+use crate::report::{InputReport, Report, ResultReport, SettingsReport, StageReport};
+use crate::save::{self, Drafts};
+use crate::threads::Pool;
+use seamwright_core::pipeline::Settings;
+use std::fs;
+use std::io::stdout;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Everything that a run needs but the mesh.
+pub struct Job {
+    /// The OBJ to write.
+    pub output: PathBuf,
+    /// The picture to write.
+    pub sheet: Option<PathBuf>,
+    /// The report to write; `-` is standard output.
+    pub json: Option<PathBuf>,
+    /// What makes the map.
+    pub method: Method,
+    /// How the atlas is made.
+    pub settings: Settings,
+    /// Whether the borders of the UVs that are there stay cuts.
+    pub keep_seams: bool,
+    /// How it runs.
+    pub run: RunArgs,
+}
+
+/// Runs `seamwright unwrap`.
+pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
+    let job = Job {
+        output: args.output.clone(),
+        sheet: args.sheet.clone(),
+        json: args.json.clone(),
+        method: args.method,
+        settings: args.settings.to_core(),
+        keep_seams: args.keep_seams,
+        run: args.run,
+    };
+    job.check_settings()?;
+    job.check_paths(&args.mesh)?;
+    job.run(|| load(&args.mesh))
+}
+
+impl Job {
+    /// Loads, unwraps, writes, reports. Nothing is written unless everything can be.
+    pub fn run(&self, load: impl FnOnce() -> Result<Loaded, Failure>) -> Result<(), Failure> {
+        let start = Instant::now();
+        self.check_outputs()?;
+        let loaded = load()?;
+        let mut reporter = Reporter::new(Show::fitting(self.run.quiet));
+        let mut warnings = loaded.warnings().to_vec();
+        let pool = Pool::new(self.run.threads.map(usize::from))
+            .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
+        warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
+        let atlas = atlas::make(&loaded, self.keep_seams, &self.settings, &pool, &mut reporter)?;
+        let missed = self.missed(&atlas);
+        warnings.extend(missed.clone());
+
+        let mut drafts = Drafts::new();
+        drafts.add("-o", &self.output, |out| loaded.write_obj(out, &atlas.corner_uv))?;
+        if let Some(path) = &self.sheet {
+            let picture = draw(&loaded, &atlas)?;
+            drafts.add("--sheet", path, |out| out.write_all(&picture))?;
+        }
+        let stages = reporter.finish().iter().map(StageReport::from).collect();
+        let report = Report {
+            version: env!("CARGO_PKG_VERSION"),
+            input: InputReport::new(&loaded),
+            output: self.output.display().to_string(),
+            settings: SettingsReport::new(self.method, &self.settings, self.keep_seams, pool.count()),
+            result: ResultReport::new(&atlas),
+            metrics: None,
+            stages,
+            seconds: start.elapsed().as_secs_f64(),
+            warnings,
+        };
+        self.publish(drafts, &report)?;
+        reporter.say(&format!(
+            "{}: {} charts, distortion {:.4}, {:.1} % of the square used, {:.2} s",
+            self.output.display(),
+            report.result.charts,
+            report.result.distortion,
+            100.0 * report.result.utilisation,
+            report.seconds
+        ));
+        missed.map_or(Ok(()), |text| Err(Failure::Unreached(text)))
+    }
+
+    /// Puts the outputs in place, the report last.
+    fn publish(&self, mut drafts: Drafts, report: &Report) -> Result<(), Failure> {
+        match &self.json {
+            Some(path) if !is_stdout(path) => drafts.add("--json", path, |out| report.write(out))?,
+            _ => {}
+        }
+        if stop_requested() {
+            return Err(Failure::Stopped);
+        }
+        drafts.publish()?;
+        match &self.json {
+            Some(path) if is_stdout(path) => {
+                report.write(&mut stdout().lock()).map_err(|e| Failure::output("--json", path, &e))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What to say where the bound was not reached. The atlas is valid all the same, and is written.
+    fn missed(&self, atlas: &Atlas) -> Option<String> {
+        let (bound, reached) = (self.settings.distortion, atlas.report.distortion);
+        (reached > bound).then(|| {
+            format!(
+                "--distortion {bound}: the atlas is valid and written, but its distortion is {reached:.4}; allow that much or \
+                 more charts"
+            )
+        })
+    }
+
+    fn check_settings(&self) -> Result<(), Failure> {
+        let Settings { size, padding, .. } = self.settings;
+        if padding.saturating_mul(4) > size {
+            return Err(Failure::Usage(format!(
+                "--padding {padding}: too wide for --size {size}; a quarter of the size at the most"
+            )));
+        }
+        Ok(())
+    }
+
+    /// No output may fall on another, nor the picture or the report on the input.
+    fn check_paths(&self, input: &Path) -> Result<(), Failure> {
+        let named = |path: &Path, ending: &str| {
+            let special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
+            special || path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
+        };
+        if !named(&self.output, "obj") {
+            let text = "only OBJ is written; name a file that ends in .obj";
+            return Err(Failure::Usage(format!("-o {}: {text}", self.output.display())));
+        }
+        if let Some(path) = self.sheet.as_deref().filter(|path| !named(path, "png")) {
+            return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", path.display())));
+        }
+        let json = self.json.as_deref().filter(|path| !is_stdout(path));
+        let sheet = self.sheet.as_deref();
+        let clashes = [
+            ("--sheet", sheet, "the mesh", Some(input)),
+            ("--json", json, "the mesh", Some(input)),
+            ("--sheet", sheet, "-o", Some(self.output.as_path())),
+            ("--json", json, "-o", Some(self.output.as_path())),
+            ("--json", json, "--sheet", sheet),
+        ];
+        for (flag, path, other, place) in clashes {
+            if let (Some(path), Some(place)) = (path, place)
+                && same_file(path, place)
+            {
+                let text = format!("{flag} {}: the same file as {other}; choose another", path.display());
+                return Err(Failure::Usage(text));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_outputs(&self) -> Result<(), Failure> {
+        save::check("-o", &self.output)?;
+        self.sheet.as_deref().map_or(Ok(()), |path| save::check("--sheet", path))?;
+        self.json.as_deref().filter(|path| !is_stdout(path)).map_or(Ok(()), |path| save::check("--json", path))
+    }
+}
+
+/// The contact sheet of an atlas as PNG.
+fn draw(loaded: &Loaded, atlas: &Atlas) -> Result<Vec<u8>, Failure> {
+    let _ = (loaded, atlas);
+    Err(Failure::Unreached("--sheet: this version draws no pictures yet; leave the flag out".into()))
+}
+
+fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Whether two paths name one regular file, there already or not.
+fn same_file(a: &Path, b: &Path) -> bool {
+    let whole = |path: &Path| {
+        fs::canonicalize(path).or_else(|_| {
+            let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            Ok::<_, std::io::Error>(fs::canonicalize(folder)?.join(path.file_name().unwrap_or_default()))
+        })
+    };
+    let regular = |path: &Path| fs::metadata(path).map_or(true, |data| data.is_file());
+    regular(a) && matches!((whole(a), whole(b)), (Ok(a), Ok(b)) if a == b)
+}

@@ -1,0 +1,100 @@
+//! A mesh from a file, by the file's ending.
+
+use crate::failure::Failure;
+use crate::mesh::Mesh;
+use crate::obj::{read::ObjFile, read::read, write::write};
+use glam::DVec2;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// The endings that [`load`] knows, for messages.
+pub const ENDINGS: &str = ".obj";
+
+/// A mesh and what its file needs to be written back.
+pub struct Loaded {
+    /// Where it was read.
+    pub path: PathBuf,
+    content: Content,
+}
+
+enum Content {
+    /// Written back as it was, with other UVs.
+    Obj(ObjFile),
+}
+
+/// Reads the mesh at `path`.
+pub fn load(path: &Path) -> Result<Loaded, Failure> {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let content = match ending.as_str() {
+        "obj" => {
+            let bytes = std::fs::read(path).map_err(|e| Failure::input(path, &e))?;
+            Content::Obj(from_obj(path, bytes)?)
+        }
+        _ => {
+            let problem =
+                if ending.is_empty() { "no file ending".into() } else { format!("unknown file ending .{ending}") };
+            let text = format!("{}: {problem}; seamwright reads {ENDINGS}, so convert the mesh first", path.display());
+            return Err(Failure::Input(text));
+        }
+    };
+    Ok(Loaded { path: path.to_path_buf(), content })
+}
+
+/// Reads an OBJ that is in memory already; `path` is what messages name.
+pub fn load_obj(path: &Path, bytes: Vec<u8>) -> Result<Loaded, Failure> {
+    Ok(Loaded { path: path.to_path_buf(), content: Content::Obj(from_obj(path, bytes)?) })
+}
+
+fn from_obj(path: &Path, bytes: Vec<u8>) -> Result<ObjFile, Failure> {
+    read(bytes).map_err(|e| {
+        let line = if e.line == 0 { String::new() } else { format!(":{}", e.line) };
+        Failure::Input(format!("{}{line}: {}", path.display(), e.problem))
+    })
+}
+
+impl Loaded {
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh {
+        match &self.content {
+            Content::Obj(file) => &file.mesh,
+        }
+    }
+
+    /// What was odd in the file.
+    pub fn warnings(&self) -> &[String] {
+        match &self.content {
+            Content::Obj(file) => &file.warnings,
+        }
+    }
+
+    /// Writes the mesh as OBJ with one UV a corner: the user's own file where it was one.
+    pub fn write_obj(&self, out: &mut dyn Write, corner_uv: &[DVec2]) -> io::Result<()> {
+        match &self.content {
+            Content::Obj(file) => write(out, file, corner_uv),
+        }
+    }
+
+    /// The mesh, or a failure where it has no polygon.
+    pub fn polygons(&self) -> Result<&Mesh, Failure> {
+        match self.mesh() {
+            mesh if mesh.polygon_count() > 0 => Ok(mesh),
+            mesh => Err(Failure::Input(format!(
+                "{}: {} vertices but no polygon of three or more corners; export the mesh with its faces",
+                self.path.display(),
+                mesh.positions.len()
+            ))),
+        }
+    }
+
+    /// The mesh, or a failure where it has no UV.
+    pub fn mapped(&self) -> Result<(&Mesh, &[DVec2]), Failure> {
+        let mesh = self.polygons()?;
+        let uv = mesh.corner_uv.as_deref().ok_or_else(|| {
+            Failure::Input(format!(
+                "{}: no texture coordinates; unwrap it first: seamwright unwrap",
+                self.path.display()
+            ))
+        })?;
+        Ok((mesh, uv))
+    }
+}

@@ -1,0 +1,11 @@
+//! Wavefront OBJ, read and written so that the user's file stays the user's.
+//!
+//! - [`statement`]: lines, continuations and words of a file's bytes
+//! - [`read`]: bytes to mesh, and the places that a new atlas changes
+//! - [`write`]: the same bytes with new `vt` lines and face corners
+//! - [`compose`]: an OBJ from scratch, for meshes that came in another format
+
+pub mod compose;
+pub mod read;
+pub mod statement;
+pub mod write;

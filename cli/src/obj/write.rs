@@ -1,0 +1,166 @@
+//! The user's OBJ with a new atlas: its own bytes, other `vt` lines, other face corners.
+//!
+//! Positions, colours, normals, groups, objects, materials, smoothing, comments and whatever else stand byte for byte
+//! where they stood. The new `vt` lines stand where the first old one stood, or before the first face. Corners become
+//! `v/vt` or `v/vt/vn` with indices from 1; the blanks, joints and comments of a face's line stay.
+//! Each `vt` is the shortest decimal that reads back as the same double; values k / 2^24 read back exactly as floats too.
+
+use super::read::{EditKind, ObjFile, names_texture};
+use super::statement::{Words, newline};
+use glam::DVec2;
+use std::collections::HashMap;
+use std::io::{self, Write};
+
+/// Writes `file` with one UV a corner. A UV that is not finite is left out of its corner.
+///
+/// Panics unless `corner_uv` has one entry for each corner of the file's mesh.
+pub fn write(out: &mut dyn Write, file: &ObjFile, corner_uv: &[DVec2]) -> io::Result<()> {
+    assert_eq!(corner_uv.len(), file.mesh.corners.len(), "one UV a corner");
+    let (source, table) = (&file.source, UvTable::new(corner_uv));
+    let mut written = 0; // bytes of the source that are dealt with
+    let mut polygon = 0;
+    let mut placed = false;
+    for edit in &file.edits {
+        out.write_all(&source[written..edit.start])?;
+        written = edit.end;
+        if !placed && edit.kind != EditKind::Detach {
+            table.write_lines(out, newline(source))?;
+            placed = true;
+        }
+        let text = &source[edit.start..edit.end];
+        match edit.kind {
+            EditKind::Texture => {}
+            EditKind::Face => {
+                write_face(out, text, file, &table, polygon)?;
+                polygon += 1;
+            }
+            EditKind::Detach => write_detached(out, text)?,
+        }
+    }
+    out.write_all(&source[written..])
+}
+
+/// Replaces each corner in the statement's text.
+fn write_face(out: &mut dyn Write, text: &[u8], file: &ObjFile, table: &UvTable, polygon: usize) -> io::Result<()> {
+    let mut words = Words::new(text);
+    let mut written = 0;
+    words.next_span(); // the keyword
+    for c in file.mesh.polygon(polygon) {
+        let Some((start, end)) = words.next_span() else { break };
+        out.write_all(&text[written..start])?;
+        let normal = file.corner_normal.get(c).copied().unwrap_or(0);
+        write_corner(out, file.mesh.corners[c], table.corner_texture[c], normal)?;
+        written = end;
+    }
+    out.write_all(&text[written..])
+}
+
+/// One corner: the vertex from 0, texture and normal from 1, 0 for none.
+pub(super) fn write_corner(out: &mut dyn Write, vertex: u32, texture: u32, normal: u32) -> io::Result<()> {
+    let vertex = u64::from(vertex) + 1;
+    match (texture, normal) {
+        (0, 0) => write!(out, "{vertex}"),
+        (0, n) => write!(out, "{vertex}//{n}"),
+        (t, 0) => write!(out, "{vertex}/{t}"),
+        (t, n) => write!(out, "{vertex}/{t}/{n}"),
+    }
+}
+
+/// Takes the `vt` field out of each `v/vt` and `v/vt/vn`.
+fn write_detached(out: &mut dyn Write, text: &[u8]) -> io::Result<()> {
+    let mut words = Words::new(text);
+    let mut written = 0;
+    while let Some((start, end)) = words.next_span() {
+        if names_texture(&text[start..end]) {
+            let mut fields = text[start..end].split(|b| *b == b'/');
+            out.write_all(&text[written..start])?;
+            out.write_all(fields.next().unwrap_or_default())?;
+            if let Some(normal) = fields.nth(1).filter(|n| !n.is_empty()) {
+                out.write_all(b"//")?;
+                out.write_all(normal)?;
+            }
+            written = end;
+        }
+    }
+    out.write_all(&text[written..])
+}
+
+/// The distinct UVs of an atlas, in the order of their first corners.
+pub(super) struct UvTable {
+    lines: Vec<DVec2>,
+    /// `vt` of each corner, from 1; 0: none.
+    pub corner_texture: Vec<u32>, // (c)
+}
+
+impl UvTable {
+    pub fn new(corner_uv: &[DVec2]) -> Self {
+        let mut lines = Vec::new();
+        let mut line_of: HashMap<[u64; 2], u32> = HashMap::with_capacity(corner_uv.len() / 4);
+        let corner_texture = corner_uv.iter().map(|uv| {
+            if !uv.is_finite() {
+                return 0;
+            }
+            let uv = *uv + DVec2::ZERO; // -0 becomes 0
+            *line_of.entry([uv.x.to_bits(), uv.y.to_bits()]).or_insert_with(|| {
+                lines.push(uv);
+                lines.len() as u32
+            })
+        });
+        let corner_texture = corner_texture.collect();
+        Self { lines, corner_texture }
+    }
+
+    pub fn write_lines(&self, out: &mut dyn Write, newline: &[u8]) -> io::Result<()> {
+        for uv in &self.lines {
+            // Display of f64 is the shortest decimal that reads back the same, and never has an exponent.
+            write!(out, "vt {} {}", uv.x, uv.y)?;
+            out.write_all(newline)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::read::read;
+    use super::*;
+    use quickcheck::quickcheck;
+
+    fn rewritten(source: &[u8], uv: impl Fn(usize) -> DVec2) -> String {
+        let file = read(source.to_vec()).unwrap();
+        let uv: Vec<_> = (0..file.mesh.corners.len()).map(uv).collect();
+        let mut out = Vec::new();
+        write(&mut out, &file, &uv).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn only_vt_lines_and_face_corners_change() {
+        let source = b"# c\r\nmtllib a b.mtl\r\nv  0 0 0 1 .5 0\r\nv 1 0 0\r\nv 0 1 0\r\nvt 9 9\r\nvn 0 0 1\r\ng x\r\n\
+            usemtl m\r\n\tf  1/1/1   -2//1 \\\r\n 3/1 # t\r\ns off\r\nl 1/1 2/1/1\r\np 1";
+        let expected = "# c\r\nmtllib a b.mtl\r\nv  0 0 0 1 .5 0\r\nv 1 0 0\r\nv 0 1 0\r\nvt 0 0.25\r\nvt 1 0.25\r\n\
+            vt 2 0.25\r\nvn 0 0 1\r\ng x\r\nusemtl m\r\n\tf  1/1/1   2/2/1 \\\r\n 3/3 # t\r\ns off\r\nl 1 2//1\r\np 1";
+        assert_eq!(rewritten(source, |c| DVec2::new(c as f64, 0.25)), expected);
+    }
+
+    #[test]
+    fn equal_uvs_share_one_line_and_missing_ones_have_none() {
+        let source = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1";
+        let uv = |c: usize| if c == 5 { DVec2::NAN } else { DVec2::new(-0.0 * c as f64, 0.5) };
+        let expected = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0.5\nf 1/1 2/1 3/1\nf 3/1 2/1 1";
+        assert_eq!(rewritten(source, uv), expected);
+    }
+
+    #[test]
+    fn a_file_without_faces_comes_back_as_it_was() {
+        assert_eq!(rewritten(b"v 0 0 0\nf 1 1\nl 1 1\nfoo\\", |_| DVec2::ZERO), "v 0 0 0\nf 1 1\nl 1 1\nfoo\\");
+    }
+
+    quickcheck! {
+        fn grid_values_read_back_exactly_as_floats_and_doubles(k: u32) -> bool {
+            let value = f64::from(k % ((1 << 24) + 1)) / f64::from(1u32 << 24);
+            let text = format!("{value}");
+            !text.contains(['e', 'E']) && text.parse() == Ok(value) && text.parse() == Ok(value as f32)
+        }
+    }
+}

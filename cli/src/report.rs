@@ -1,0 +1,145 @@
+//! The JSON report of a run: what went in, what was asked, what came out, and how long it took.
+//!
+//! Times differ from run to run; everything else is the same for the same input, settings and seed.
+
+use crate::args::Method;
+use crate::atlas::Atlas;
+use crate::load::Loaded;
+use crate::progress::StageTime;
+use seamwright_core::pipeline::{Charts, Packing, Settings};
+use serde::Serialize;
+use std::io::{self, Write};
+
+/// The report. Figures that are not finite become null.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    /// Version of seamwright.
+    pub version: &'static str,
+    /// What was read.
+    pub input: InputReport,
+    /// The OBJ that was written.
+    pub output: String,
+    /// What was asked.
+    pub settings: SettingsReport,
+    /// What came out, in core's own figures.
+    pub result: ResultReport,
+    /// The figures of `seamwright measure`.
+    pub metrics: Option<serde_json::Value>,
+    /// Time of each stage.
+    pub stages: Vec<StageReport>,
+    /// Time from start to the written atlas.
+    pub seconds: f64,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// What was read.
+#[derive(Debug, Serialize)]
+pub struct InputReport {
+    /// Path as given.
+    pub file: String,
+    /// Vertices of the file, merged or not.
+    pub vertices: usize,
+    /// Polygons of three or more corners.
+    pub polygons: usize,
+    /// Corners of these polygons.
+    pub corners: usize,
+    /// Whether it had UVs.
+    pub has_uv: bool,
+}
+
+/// What was asked.
+#[derive(Debug, Serialize)]
+#[expect(missing_docs, reason = "the names are the command line's")]
+pub struct SettingsReport {
+    pub method: &'static str,
+    pub distortion: f64,
+    pub charts: &'static str,
+    pub packing: &'static str,
+    pub size: u32,
+    pub padding: u32,
+    pub rays: u32,
+    pub seed: u64,
+    pub keep_seams: bool,
+    pub threads: usize,
+}
+
+/// What came out.
+#[derive(Debug, Serialize)]
+pub struct ResultReport {
+    /// Charts.
+    pub charts: usize,
+    /// Mean symmetric Dirichlet energy over 4.
+    pub distortion: f64,
+    /// Share of the unit square that charts cover.
+    pub utilisation: f64,
+}
+
+/// Time of a stage.
+#[derive(Debug, Serialize)]
+pub struct StageReport {
+    /// Its name.
+    pub stage: &'static str,
+    /// Wall time, all visits together.
+    pub seconds: f64,
+}
+
+impl From<&StageTime> for StageReport {
+    fn from(time: &StageTime) -> Self {
+        Self { stage: time.stage, seconds: time.time.as_secs_f64() }
+    }
+}
+
+impl InputReport {
+    /// What was read.
+    pub fn new(loaded: &Loaded) -> Self {
+        let mesh = loaded.mesh();
+        Self {
+            file: loaded.path.display().to_string(),
+            vertices: mesh.positions.len(),
+            polygons: mesh.polygon_count(),
+            corners: mesh.corners.len(),
+            has_uv: mesh.corner_uv.is_some(),
+        }
+    }
+}
+
+impl SettingsReport {
+    /// What was asked.
+    pub fn new(method: Method, settings: &Settings, keep_seams: bool, threads: usize) -> Self {
+        Self {
+            method: method.name(),
+            distortion: settings.distortion,
+            charts: match settings.charts {
+                Charts::Few => "few",
+                Charts::One => "one",
+            },
+            packing: match settings.packing {
+                Packing::Tight => "tight",
+                Packing::Grid => "grid",
+            },
+            size: settings.size,
+            padding: settings.padding,
+            rays: settings.rays,
+            seed: settings.seed,
+            keep_seams,
+            threads,
+        }
+    }
+}
+
+impl ResultReport {
+    /// What came out.
+    pub fn new(atlas: &Atlas) -> Self {
+        let report = &atlas.report;
+        Self { charts: report.chart_count, distortion: report.distortion, utilisation: report.utilisation }
+    }
+}
+
+impl Report {
+    /// Writes indented JSON and a line end.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        serde_json::to_writer_pretty(&mut *out, self)?;
+        out.write_all(b"\n")
+    }
+}

@@ -1,0 +1,154 @@
+//! The command as a user runs it: exit codes, messages, files left behind.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::{TempDir, tempdir};
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+/// A folder with one good mesh in it.
+fn folder() -> TempDir {
+    let folder = tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("good.obj"), TRIANGLE).expect("writable");
+    folder
+}
+
+fn seamwright(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_seamwright")).args(args).current_dir(folder).output().expect("the command starts")
+}
+
+/// Runs and checks the exit code, every word of `expected` in the message, and that no file has come or changed.
+fn fails(folder: &Path, args: &[&str], code: i32, expected: &[&str]) {
+    let before = snapshot(folder);
+    let output = seamwright(folder, args);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {message}");
+    for word in expected {
+        assert!(message.contains(word), "{args:?}: '{word}' is not in: {message}");
+    }
+    assert_eq!(snapshot(folder), before, "{args:?} left something behind");
+}
+
+fn snapshot(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(folder).expect("readable").flatten();
+    let mut all: Vec<_> = entries
+        .map(|e| (e.file_name().to_string_lossy().into_owned(), fs::read(e.path()).unwrap_or_default()))
+        .collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn a_wrong_command_line_is_code_2_and_names_the_flag() {
+    let dir = folder();
+    let dir = dir.path();
+    fails(dir, &[], 2, &["Usage"]);
+    fails(dir, &["unwrap", "good.obj"], 2, &["--output"]);
+    let with = |flag: &'static str, value: &'static str, words: &[&str]| {
+        fails(dir, &["unwrap", "good.obj", "-o", "out.obj", flag, value], 2, words);
+    };
+    with("--distortion", "1", &["--distortion", "above 1"]);
+    with("--distortion", "nan", &["--distortion"]);
+    with("--method", "magic", &["--method", "exact"]);
+    with("--charts", "many", &["--charts", "few", "one"]);
+    with("--threads", "0", &["--threads"]);
+    with("--padding", "600", &["--padding 600", "--size 1024"]);
+    with("--sheet", "out.obj", &["--sheet", ".png"]);
+    with("--json", "good.obj", &["--json good.obj", "the mesh"]);
+    with("--json", "./out.obj", &["--json ./out.obj", "-o"]);
+    fails(dir, &["unwrap", "good.obj", "-o", "out.fbx"], 2, &["-o out.fbx", ".obj"]);
+}
+
+#[test]
+fn an_unreadable_input_is_code_3_and_names_file_and_line() {
+    let dir = folder();
+    let dir = dir.path();
+    let bad = |name: &str, text: &[u8], words: &[&str]| {
+        fs::write(dir.join(name), text).expect("writable");
+        fails(dir, &["unwrap", name, "-o", "out.obj"], 3, words);
+    };
+    fails(dir, &["unwrap", "none.obj", "-o", "out.obj"], 3, &["none.obj", "check the path"]);
+    fails(dir, &["unwrap", ".", "-o", "out.obj"], 3, &["file ending"]);
+    bad("mesh.fbx", b"", &["mesh.fbx", ".fbx", ".obj"]);
+    bad("empty.obj", b"", &["empty.obj", "no polygon"]);
+    bad("lines.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", &["lines.obj", "2 vertices"]);
+    bad("nan.obj", b"v 0 0 0\nv nan 0 0\n", &["nan.obj:2:", "not finite"]);
+    bad("range.obj", b"v 0 0 0\nf 1 1 2\n", &["range.obj:2:", "vertex index 2", "1 vertices"]);
+    bad("zero.obj", b"v 0 0 0\n\nf 1 1 0\n", &["zero.obj:3:", "counts vertices from 1"]);
+    bad("word.obj", b"v 0 zero 0\n", &["word.obj:1:", "'zero'"]);
+    bad("utf16.obj", b"\xFF\xFEv\0 \x000\0", &["utf16.obj:", "UTF-16"]);
+    fails(dir, &["unwrap", "good.obj", "-o", "out.obj", "--keep-seams"], 3, &["good.obj", "no texture coordinates"]);
+    fails(dir, &["measure", "good.obj"], 3, &["good.obj", "no texture coordinates"]);
+    fails(dir, &["render", "good.obj", "-o", "out.png"], 3, &["good.obj", "no texture coordinates"]);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_code_4_before_any_work() {
+    let dir = folder();
+    let dir = dir.path();
+    fs::create_dir(dir.join("folder.obj")).expect("writable");
+    fails(dir, &["unwrap", "good.obj", "-o", "no/out.obj"], 4, &["-o no/out.obj", "create its folder"]);
+    fails(dir, &["unwrap", "good.obj", "-o", "folder.obj"], 4, &["-o folder.obj", "not a folder"]);
+    fails(dir, &["unwrap", "good.obj", "-o", "out.obj", "--json", "no/r.json"], 4, &["--json no/r.json"]);
+    fails(dir, &["render", "good.obj", "-o", "no/out.png"], 4, &["-o no/out.png"]);
+    fails(dir, &["demo", "-o", "good.obj"], 4, &["good.obj"]);
+}
+
+#[test]
+fn help_and_version_are_code_0_and_name_the_exit_codes() {
+    let dir = folder();
+    let help = seamwright(dir.path(), &["--help"]);
+    assert!(help.status.success());
+    assert!(String::from_utf8_lossy(&help.stdout).contains("130"));
+    assert!(seamwright(dir.path(), &["--version"]).status.success());
+}
+
+#[test]
+#[ignore = "waits for the pipeline"]
+fn unwrap_writes_uvs_and_a_report_and_says_nothing_when_quiet() {
+    let dir = folder();
+    let dir = dir.path();
+    let output = seamwright(dir, &["unwrap", "good.obj", "-o", "out.obj", "--json", "-", "--quiet"]);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!((output.status.code(), message.as_str()), (Some(0), ""));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("standard output is JSON alone");
+    assert_eq!(report["input"]["polygons"], 1);
+    assert_eq!(report["result"]["charts"], 1);
+    let text = fs::read_to_string(dir.join("out.obj")).expect("written");
+    assert!(text.starts_with("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt ") && text.ends_with("f 1/1 2/2 3/3\n"), "{text}");
+    assert_eq!(snapshot(dir).len(), 2);
+}
+
+#[test]
+#[ignore = "waits for the pipeline"]
+fn unwrapping_a_file_into_itself_changes_only_its_uvs_and_does_so_once() {
+    let dir = folder();
+    let dir = dir.path();
+    let once = seamwright(dir, &["unwrap", "good.obj", "-o", "good.obj", "--threads", "1"]);
+    let first = fs::read(dir.join("good.obj")).expect("there");
+    let twice = seamwright(dir, &["unwrap", "good.obj", "-o", "good.obj", "--threads", "3"]);
+    assert!(once.status.success() && twice.status.success());
+    assert_eq!(fs::read(dir.join("good.obj")).expect("there"), first);
+    assert_eq!(snapshot(dir).len(), 1);
+}
+
+#[test]
+#[ignore = "waits for the pipeline"]
+fn the_demo_writes_a_mapped_mesh_and_a_report() {
+    let dir = folder();
+    let output = seamwright(dir.path(), &["demo"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let names: Vec<_> = snapshot(&dir.path().join("seamwright-demo")).into_iter().map(|(name, _)| name).collect();
+    assert!(names.iter().any(|n| n.ends_with(".obj")) && names.iter().any(|n| n.ends_with(".json")), "{names:?}");
+}
+
+#[cfg(unix)]
+#[test]
+#[ignore = "waits for the pipeline"]
+fn a_device_as_output_is_written_in_place() {
+    let dir = folder();
+    let output = seamwright(dir.path(), &["unwrap", "good.obj", "-o", "/dev/null", "-q"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(fs::metadata("/dev/null").is_ok_and(|data| !data.is_file()));
+}
