@@ -1,5 +1,6 @@
 //! Meshes: views, adjacency, and the repair that turns any polygons into manifolds.
 
+pub mod fill;
 pub mod loops;
 pub mod polygon;
 pub mod repair;
