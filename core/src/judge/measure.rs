@@ -7,12 +7,12 @@ use super::atlas::{Atlas, atlas, atlas_need};
 use super::charts::{Charts, charts, charts_need};
 use super::coverage::{Coverage, coverage_need, fitted_coverage};
 use super::distortion::{Distortion, Sound, distortion, distortion_need};
-use super::grid::{GridPoint, GridTriangle, doubled_area, grid_bits};
 use super::input::{UvBox, UvMesh, areas, areas_need};
-use super::overlap::{overlaps, overlaps_need};
 use super::seams::{Seams, seams, seams_need};
 use super::wedges::{UvTopology, uv_topology, uv_topology_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::mesh::grid::{GridPoint, GridTriangle, doubled_area, grid_bits};
+use crate::mesh::overlap::{overlaps, overlaps_need};
 use crate::mesh::view::NONE;
 use glam::DVec2;
 

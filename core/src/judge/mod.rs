@@ -4,9 +4,9 @@ pub mod atlas;
 pub mod charts;
 pub mod coverage;
 pub mod distortion;
-pub mod grid;
+
 pub mod input;
 pub mod measure;
-pub mod overlap;
+
 pub mod seams;
 pub mod wedges;

@@ -1,11 +1,12 @@
 //! Meshes: views, adjacency, and the repair that turns any polygons into manifolds.
 
+pub mod fill;
 pub mod grid;
-pub mod overlap;
 pub mod loops;
+pub mod normals;
+pub mod overlap;
 pub mod polygon;
 pub mod repair;
-pub mod normals;
 pub mod topology;
 pub mod view;
 

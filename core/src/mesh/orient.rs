@@ -1,8 +1,9 @@
 //! One orientation for each piece of surface that hangs together over edges of two faces.
 //!
-//! Breadth first from the lowest face of each piece, polygon by polygon; the orientation that has more area stays, so
-//! the lesser part is turned round. On a surface with one side only (Moebius, Klein) the faces where the search meets
-//! itself disagree: [`cut_conflicts`] opens those edges, which run along the far side from where it began.
+//! Breadth first from the lowest face of each piece, polygon by polygon, over faces that agree as far as that goes and
+//! over one edge of disagreement only then; the orientation that has more area stays, so the lesser part is turned
+//! round. On a surface with one side only (Moebius, Klein) some edges disagree in the end, and [`cut_conflicts`] opens
+//! them: the seam of the input's own orientation where it has just one.
 
 use super::facets::Draft;
 use super::repair::{Polygons, UnitBox};
@@ -53,31 +54,35 @@ pub(super) fn orient(
     Ok(side.iter().filter(|s| **s == TURNED).count())
 }
 
-/// Gives every face that can be reached from `seed` a side, and returns these faces in the order of the search.
+/// Gives every face that can be reached from `seed` a side, and returns these faces in the order of the search: all
+/// that can be reached through faces that agree, then over one edge whose faces disagree, and again.
 fn spread<'q>(queue: &'q mut [u32], side: &mut [u8], draft: &Draft, seed: usize) -> &'q [u32] {
-    let (mut read, mut write) = (0, 0);
-    let mut reach = |queue: &mut [u32], side: &mut [u8], face: usize, which: u8| {
-        for f in draft.polygon_faces(face) {
-            queue[write] = f as u32;
-            side[f] = which;
-            write += 1;
-        }
-        write
-    };
-    let mut end = reach(queue, side, seed, KEPT);
-    while read < end {
-        let f = queue[read] as usize;
-        read += 1;
+    let mut end = reach(queue, 0, side, draft, seed, KEPT);
+    let (mut agreeing, mut disagreeing) = (0, 0); // faces of the queue whose edges of each kind have been crossed
+    while disagreeing < end {
+        let same = agreeing < end;
+        let at = if same { &mut agreeing } else { &mut disagreeing };
+        let f = queue[*at] as usize;
+        *at += 1;
         for h in 3 * f as u32..3 * f as u32 + 3 {
             let twin = draft.twin[h as usize];
-            if twin != NONE && side[(twin / 3) as usize] == 0 {
-                let agree = draft.vertex(h) != draft.vertex(twin);
-                let which = if agree { side[f] } else { KEPT + TURNED - side[f] };
-                end = reach(queue, side, (twin / 3) as usize, which);
+            if twin != NONE && side[(twin / 3) as usize] == 0 && (draft.vertex(h) != draft.vertex(twin)) == same {
+                let which = if same { side[f] } else { KEPT + TURNED - side[f] };
+                end = reach(queue, end, side, draft, (twin / 3) as usize, which);
             }
         }
     }
     &queue[..end]
+}
+
+/// Puts the polygon of `face` at the end of the queue, on side `which`. Returns the queue's new end.
+fn reach(queue: &mut [u32], mut end: usize, side: &mut [u8], draft: &Draft, face: usize, which: u8) -> usize {
+    for f in draft.polygon_faces(face) {
+        queue[end] = f as u32;
+        side[f] = which;
+        end += 1;
+    }
+    end
 }
 
 /// Swaps the sides of a piece if more area, or as much area and more faces, would be turned than kept.

@@ -8,7 +8,7 @@
 //! Scaling the input by a power of two changes no bit of the result but `extent` and `centre`.
 //! Limits: faces of zero area stay, since taking them out would open cracks; vertices that are near one another but not
 //! equal stay apart. Faces that are turned round against the input have a mirrored UV in the eyes of a reader that goes
-//! by the file's order of corners.
+//! by the file's order of corners, see [`Facing`].
 
 use super::facets::{Draft, facets, facets_need};
 use super::loops::{border_count, count_loops};
@@ -55,6 +55,17 @@ impl Polygons<'_> {
             (usize::saturating_add(triangles, n.saturating_sub(2)), longest.max(n))
         })
     }
+}
+
+/// What happens where neighbouring faces of the input disagree about the outside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Facing {
+    /// The lesser part of each piece of surface is turned round, so that the piece stays whole.
+    #[default]
+    Turned,
+    /// Every face keeps the input's orientation, and the edges between faces that disagree are cut: a reader that goes
+    /// by the file's order of corners sees no mirrored UV.
+    AsGiven,
 }
 
 /// The working mesh.
@@ -158,8 +169,8 @@ impl core::fmt::Display for RepairError {
 
 impl core::error::Error for RepairError {}
 
-/// Bytes that must be free for [`repair`]: about 140 a triangle of a closed mesh, 190 at the most, and 40 a corner of
-/// the longest polygon. When it is done, 30 to 130 of them a triangle stay taken.
+/// Bytes that must be free for [`repair`]: about 135 a triangle (150 where nothing is welded), and 85 a corner of the
+/// longest polygon. When it is done, 65 (at the most 145) of them a triangle stay taken.
 pub fn repair_need(input: &Polygons) -> usize {
     let (triangles, longest) = input.size();
     let most = NONE as usize / 3;
@@ -186,7 +197,11 @@ fn temporary_need(input: &Polygons, triangles: usize, longest: usize) -> usize {
 /// Makes the working mesh. Its slices come from `out`, where the memory for the work itself is free again afterwards.
 ///
 /// O(n log n) in vertices and corners, plus what [`polygon`](super::polygon) says for long concave polygons.
-pub fn repair<'a>(input: &Polygons, out: &mut Scratch<'a>) -> Result<(Working<'a>, Summary), RepairError> {
+pub fn repair<'a>(
+    input: &Polygons,
+    facing: Facing,
+    out: &mut Scratch<'a>,
+) -> Result<(Working<'a>, Summary), RepairError> {
     out.require(repair_need(input))?;
     check(input)?;
     let (triangles, longest) = input.size();
@@ -214,7 +229,7 @@ pub fn repair<'a>(input: &Polygons, out: &mut Scratch<'a>) -> Result<(Working<'a
         summary.dropped_polygons = dropped;
         draft = draft.shorten(count);
         unit = UnitBox::new(draft.faces.as_flattened().iter().map(|v| input.positions[*v as usize]));
-        vertex_count = join_and_split(&mut draft, &mut summary, input, signature, &unit, &mut frame)?;
+        vertex_count = join_and_split(&mut draft, &mut summary, input, facing, signature, &unit, &mut frame)?;
     }
     let (component, component_count) = components(component, &draft);
     mark_kept_borders(&mut draft, input);
@@ -267,6 +282,7 @@ fn join_and_split(
     draft: &mut Draft,
     summary: &mut Summary,
     input: &Polygons,
+    facing: Facing,
     signature: &[u64],
     unit: &UnitBox,
     frame: &mut Scratch,
@@ -279,7 +295,9 @@ fn join_and_split(
     let sides = sort_edges(all_edges, draft, diagonal);
     let edges = &mut all_edges[..sides];
     join_pairs(draft, edges, signature);
-    summary.flipped_faces = orient(draft, edges, input, unit, frame.frame())?;
+    if facing == Facing::Turned {
+        summary.flipped_faces = orient(draft, edges, input, unit, frame.frame())?;
+    }
     cut_conflicts(draft);
     let place = |v: u32| unit.place(input.positions[v as usize]);
     let (crowds, split) = join_crowds(draft, edges, signature, place);

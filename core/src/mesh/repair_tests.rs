@@ -3,7 +3,7 @@
 use super::loops::{Shape, shapes, shapes_need};
 use super::repair::*;
 use super::topology::{fan, twins, twins_need, vertex_corners};
-use super::view::{NONE, next};
+use super::view::NONE;
 use crate::base::random;
 use crate::base::real;
 use crate::base::scratch::Scratch;
@@ -52,7 +52,7 @@ impl Soup {
     fn repaired<T>(&self, look: impl FnOnce(&Working, &Summary) -> T) -> T {
         let mut bytes = vec![0xa5u8; repair_need(&self.view())];
         let mut scratch = Scratch::new(&mut bytes);
-        let (working, summary) = repair(&self.view(), &mut scratch).unwrap();
+        let (working, summary) = repair(&self.view(), Facing::Turned, &mut scratch).unwrap();
         assert_promises(self, &working, &summary);
         look(&working, &summary)
     }
@@ -63,7 +63,7 @@ impl Soup {
 
     fn error(&self) -> RepairError {
         let mut bytes = vec![0u8; repair_need(&self.view())];
-        repair(&self.view(), &mut Scratch::new(&mut bytes)).map(|_| ()).unwrap_err()
+        repair(&self.view(), Facing::Turned, &mut Scratch::new(&mut bytes)).map(|_| ()).unwrap_err()
     }
 }
 
@@ -203,8 +203,7 @@ fn a_moebius_strip_is_cut_into_an_orientable_strip() {
     });
     let summary = strip.summary();
     assert_eq!((summary.components, summary.euler, summary.boundary_loops), (1, 1, 1));
-    // The strip is three quads wide; breadth first the search comes back along a slanting front.
-    assert!((3..=6).contains(&summary.split_edges));
+    assert_eq!((summary.split_edges, summary.flipped_faces), (3, 0), "cut where the input's faces disagree");
 }
 
 #[test]
@@ -289,6 +288,15 @@ fn a_double_sided_sheet_is_two_sheets() {
 }
 
 #[test]
+fn thirty_two_copies_are_as_many_sheets_and_beyond_that_polygons_stand_alone() {
+    let sheet = surface(10, 10, |i, j| [f64::from(i), f64::from(j), f64::from(i * j)]);
+    let copies = |count| together(&vec![sheet.clone(); count]);
+    assert_eq!(copies(32).summary().components, 32);
+    let crowd = copies(33).summary();
+    assert_eq!((crowd.components, crowd.flipped_faces), (3300, 0));
+}
+
+#[test]
 fn a_t_junction_stays_open() {
     let positions = [[0., 0., 0.], [2., 0., 0.], [1., 1., 0.], [1., 0., 0.], [1., -1., 0.]];
     let junction = Soup::new(&positions, &[&[0, 1, 2], &[3, 0, 4], &[1, 3, 4]]);
@@ -312,6 +320,10 @@ fn the_lesser_part_is_turned_round() {
             assert!(p.distance(grid.positions[grid.corners[source as usize] as usize]) < 1e-14);
         }
     });
+    let mut bytes = vec![0u8; repair_need(&grid.view())];
+    let (working, summary) = repair(&grid.view(), Facing::AsGiven, &mut Scratch::new(&mut bytes)).unwrap();
+    assert_promises(&grid, &working, &summary);
+    assert_eq!((summary.flipped_faces, summary.components), (0, 5), "7 and 8 are neighbours");
     grid.corners.reverse();
     assert_eq!(grid.summary().flipped_faces, 10);
 }
@@ -399,11 +411,11 @@ fn the_whole_range_of_f64_is_taken() {
     let positions = [[-m, -m, 0.], [m, -m, 0.], [m, m, 0.], [-m, m, 0.]];
     let mut bytes = vec![0u8; 4096];
     let soup = Soup::new(&positions, &[&[0, 1, 2, 3]]);
-    let (working, summary) = repair(&soup.view(), &mut Scratch::new(&mut bytes)).unwrap();
+    let (working, summary) = repair(&soup.view(), Facing::Turned, &mut Scratch::new(&mut bytes)).unwrap();
     assert_eq!((working.positions[0], summary.flat_faces), (DVec3::new(-0.5, -0.5, 0.0), 0));
     let tiny = f64::from_bits(1);
     let soup = Soup::new(&[[0.; 3], [tiny, 0., 0.], [0., tiny, 0.]], &[&[0, 1, 2]]);
-    let (working, _) = repair(&soup.view(), &mut Scratch::new(&mut bytes)).unwrap();
+    let (working, _) = repair(&soup.view(), Facing::Turned, &mut Scratch::new(&mut bytes)).unwrap();
     assert!(working.positions.iter().all(|p| p.is_finite()));
 }
 
@@ -430,10 +442,10 @@ fn one_byte_less_is_refused_and_the_stated_need_is_enough_at_any_alignment() {
         let mut bytes = vec![0u8; need + 16];
         for shift in 0..16 {
             let mut scratch = Scratch::new(&mut bytes[shift..shift + need]);
-            assert!(repair(&soup.view(), &mut scratch).is_ok());
+            assert!(repair(&soup.view(), Facing::Turned, &mut scratch).is_ok());
         }
         let mut scratch = Scratch::new(&mut bytes[..need - 1]);
-        assert!(matches!(repair(&soup.view(), &mut scratch), Err(RepairError::Scratch(_))));
+        assert!(matches!(repair(&soup.view(), Facing::Turned, &mut scratch), Err(RepairError::Scratch(_))));
         assert_eq!(scratch.remaining(), need - 1);
     }
 }
@@ -462,7 +474,8 @@ fn random_polygons_become_manifolds() {
         let (vertices, polygons) = (4 + seed % 40, 1 + random::hash(seed, 8, 0) % 60);
         let soup = noise(seed, vertices, polygons);
         let mut bytes = vec![0u8; repair_need(&soup.view())];
-        match repair(&soup.view(), &mut Scratch::new(&mut bytes)) {
+        let facing = if seed % 4 == 3 { Facing::AsGiven } else { Facing::Turned };
+        match repair(&soup.view(), facing, &mut Scratch::new(&mut bytes)) {
             Ok((working, summary)) => assert_promises(&soup, &working, &summary),
             Err(e) => assert_eq!(e, RepairError::NoTriangle, "{seed}"),
         }
@@ -541,15 +554,17 @@ fn every_shared_mesh_becomes_manifold() {
         let mut bytes = vec![0u8; repair_need(&soup.view())];
         let per_face = bytes.len() / (soup.corners.len() / 3).max(1);
         let start = std::time::Instant::now();
-        let result = repair(&soup.view(), &mut Scratch::new(&mut bytes));
+        let result = repair(&soup.view(), Facing::Turned, &mut Scratch::new(&mut bytes));
         let time = start.elapsed();
         match result {
             Ok((working, summary)) => {
                 eprintln!("{name} {time:?} {per_face} B/face {}", format!("{summary:?}").replace("Summary ", ""));
-                assert!(working.twin.iter().all(|t| *t == NONE || next(*t) < NONE));
                 assert_promises(&soup, &working, &summary);
             }
-            Err(e) => eprintln!("{name}: {e}"),
+            Err(e) => {
+                assert!(path.to_string_lossy().contains("hard"), "{name}: {e}");
+                eprintln!("{name}: {e}");
+            }
         }
     }
 }

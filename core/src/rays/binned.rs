@@ -227,7 +227,8 @@ mod tests {
     #[test]
     fn exponentially_spaced_triangles_stay_within_the_depth() {
         // Each split by bins takes one triangle off: the adversary of binned builders.
-        let positions: Vec<_> = (0..600).map(|i| Vec3::splat(1.2f32.powi(i / 3 - 100)) + Vec3::X * (i % 3) as f32 * 1e-9).collect();
+        let positions: Vec<_> =
+            (0..600).map(|i| Vec3::splat(1.2f32.powi(i / 3 - 100)) + Vec3::X * (i % 3) as f32 * 1e-9).collect();
         let faces: Vec<_> = (0..200).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let (nodes, _) = build(&positions, &faces);
         fn depth(nodes: &[Node], i: usize) -> usize {

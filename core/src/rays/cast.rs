@@ -175,12 +175,7 @@ impl<'a> Scene<'a> {
 
 /// Copies a builder's tree depth first, siblings side by side and triangles in the order of the leaves, with checks;
 /// returns the number of nodes. The caller checks that every face came along once.
-fn copy_tree(
-    nodes: &mut [Node],
-    triangles: &mut [Triangle],
-    built: &[Node],
-    order: &[u32],
-) -> Result<usize, BvhError> {
+fn copy_tree(nodes: &mut [Node], triangles: &mut [Triangle], built: &[Node], order: &[u32]) -> Result<usize, BvhError> {
     if order.is_empty() {
         return Ok(0);
     }

@@ -46,9 +46,9 @@ pub const fn exposure_need(rays: usize) -> usize {
 /// Exposure of each of `points` under its unit `normals`. A normal that is zero or not finite counts as +z.
 /// O(n rays log f).
 pub fn exposure(
-    out: &mut [f32],    // (n)
-    points: &[Vec3],    // (n)
-    normals: &[Vec3],   // (n)
+    out: &mut [f32],  // (n)
+    points: &[Vec3],  // (n)
+    normals: &[Vec3], // (n)
     scene: &Scene,
     settings: &ExposureSettings,
     scratch: Scratch,
@@ -60,10 +60,10 @@ pub fn exposure(
 /// Exposure at the middle of each edge (a, b), under the mean of its ends' normals.
 #[allow(clippy::too_many_arguments)]
 pub fn edge_exposure(
-    out: &mut [f32],      // (e)
-    edges: &[[u32; 2]],   // (e)
-    positions: &[Vec3],   // (n)
-    normals: &[Vec3],     // (n)
+    out: &mut [f32],    // (e)
+    edges: &[[u32; 2]], // (e)
+    positions: &[Vec3], // (n)
+    normals: &[Vec3],   // (n)
     scene: &Scene,
     settings: &ExposureSettings,
     scratch: Scratch,

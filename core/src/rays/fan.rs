@@ -8,9 +8,9 @@
 //! they do not, never correctness.
 
 use super::bvh::{MAX_DEPTH, Node, max, min};
-use super::wide::WideNode;
-use super::lanes::{LANES, Lanes, Baseline};
 use super::cast::{Aim, NEXT, Scene, Start, Triangle, inverse_slope, main_axis, meet};
+use super::lanes::{Baseline, LANES, Lanes};
+use super::wide::WideNode;
 use glam::Vec3;
 
 /// Rays that are sorted at a time: 64 packets and one part-filled packet a cube side, on the stack.
@@ -23,8 +23,8 @@ const PACKETS: usize = BLOCK / LANES + SIDES;
 struct Packet {
     slope: [[f32; LANES]; 2],
     inverse: [[f32; LANES]; 2],
-    active: u32,            // bit i: ray i is still free
-    ray: [u16; LANES],      // place in the block
+    active: u32,       // bit i: ray i is still free
+    ray: [u16; LANES], // place in the block
 }
 
 impl Scene<'_> {
@@ -44,12 +44,7 @@ impl Scene<'_> {
             return hit;
         }
         let (start, loose) = (Start::new(origin, self.reach()), Start::loose(origin, self.reach()));
-        let empty = Packet {
-            slope: [[0.0; LANES]; 2],
-            inverse: [[1.0; LANES]; 2],
-            active: 0,
-            ray: [0; LANES],
-        };
+        let empty = Packet { slope: [[0.0; LANES]; 2], inverse: [[1.0; LANES]; 2], active: 0, ray: [0; LANES] };
         let mut packets = [empty; PACKETS];
         let first = sort(&mut packets, directions);
         for side in 0..SIDES {

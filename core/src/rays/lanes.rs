@@ -46,10 +46,10 @@ impl Plain {
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         let mut out = self;
-            for i in 0..out.0.len() {
-                out.0[i] = f(self.0[i], other.0[i]);
-            }
-            out
+        for i in 0..out.0.len() {
+            out.0[i] = f(self.0[i], other.0[i]);
+        }
+        out
     }
 }
 
@@ -208,7 +208,8 @@ mod x86 {
         fn le(self, other: Self) -> u32 {
             let mut bits = 0;
             for i in 0..LANES / 8 {
-                bits |= (unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0[i], other.0[i])) } as u32) << (8 * i);
+                bits |= (unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0[i], other.0[i])) } as u32)
+                    << (8 * i);
             }
             bits
         }

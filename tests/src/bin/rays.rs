@@ -49,6 +49,8 @@ fn report(
         let cast = start.elapsed().as_secs_f64();
         let mean = out.iter().map(|x| *x as f64).sum::<f64>() / out.len() as f64;
         let rate = (positions.len() * rays) as f64 / (build + cast) / 1e6;
-        println!("{path} {name} {spread:?}: {rate:.2} Mrays/s (build {build:.4} s, cast {cast:.4} s), mean exposure {mean:.4}");
+        println!(
+            "{path} {name} {spread:?}: {rate:.2} Mrays/s (build {build:.4} s, cast {cast:.4} s), mean exposure {mean:.4}"
+        );
     }
 }
