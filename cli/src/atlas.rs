@@ -38,7 +38,7 @@ pub fn make(
         kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
     };
     let mut atlas = empty(mesh);
-    let mut memory = memory(unwrap_need(&input, settings))?;
+    let mut memory = memory(unwrap_need(&input, settings, &Obvhs))?;
     let output = Output {
         corner_uv: &mut atlas.corner_uv,
         polygon_chart: &mut atlas.polygon_chart,

@@ -6,6 +6,7 @@
 use glam::Vec3;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2_from_tris};
 use obvhs::{BvhBuildParams, triangle::Triangle};
+use seamwright_core::base::scratch::{Scratch, ScratchTooSmall};
 use seamwright_core::rays::bvh::{BuildBvh, Node};
 use std::time::Duration;
 
@@ -19,9 +20,20 @@ const BALANCED_LEAF: usize = 4;
 pub struct Obvhs;
 
 impl BuildBvh for Obvhs {
-    fn build(&self, nodes: &mut [Node], order: &mut [u32], positions: &[Vec3], faces: &[[u32; 3]]) -> usize {
+    fn need(&self, _: usize) -> usize {
+        0
+    }
+
+    fn build(
+        &self,
+        nodes: &mut [Node],
+        order: &mut [u32],
+        positions: &[Vec3],
+        faces: &[[u32; 3]],
+        _: Scratch,
+    ) -> Result<usize, ScratchTooSmall> {
         if faces.is_empty() {
-            return 0;
+            return Ok(0);
         }
         let triangles: Vec<Triangle> = faces
             .iter()
@@ -33,11 +45,11 @@ impl BuildBvh for Obvhs {
         let tree = build_bvh2_from_tris(&triangles, BvhBuildParams::medium_build(), &mut Duration::default());
         order.copy_from_slice(&tree.primitive_indices);
         if depth(&tree) <= DEPTH {
-            copy_nodes(nodes, &tree)
+            Ok(copy_nodes(nodes, &tree))
         } else {
             let mut count = 1;
             balance(nodes, &mut count, 0, 0..order.len(), &|i| bounds(positions, faces[order[i] as usize]));
-            count
+            Ok(count)
         }
     }
 }

@@ -1,8 +1,24 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
-use crate::base::{progress::Progress, scratch::Scratch, scratch::ScratchTooSmall, workers::Workers};
-use crate::rays::bvh::BuildBvh;
-use glam::{DVec2, DVec3};
+use crate::atlas::pack::{self, Placement, pack_need};
+use crate::atlas::pieces::{Pieces, pieces_need, unwrap_pieces};
+use crate::atlas::seams::{Budget, SeamError, distortion, make_charts_need};
+use crate::atlas::snap::{close_slits, straighten};
+use crate::atlas::split::split_overlaps;
+use crate::base::progress::{Progress, Stage};
+use crate::base::real;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::Workers;
+use crate::mesh::fill::{fill_dropped, fill_dropped_need};
+use crate::mesh::grid::{GRID_BITS, GridPoint, GridTriangle};
+use crate::mesh::normals::{NormalWeight, vertex_normals};
+use crate::mesh::overlap::{overlaps, overlaps_need};
+use crate::mesh::repair::{self, DIAGONAL, FORCED, Facing, Polygons, RepairError, Working, repair, repair_need};
+use crate::mesh::view::{NONE, next};
+use crate::rays::bvh::{BuildBvh, BvhError};
+use crate::rays::cast::Scene;
+use crate::rays::exposure::{ExposureSettings, exposure, exposure_need};
+use glam::{DVec2, DVec3, Vec3};
 
 /// The user's mesh: polygons over positions, nothing merged.
 #[derive(Clone, Copy)]
@@ -15,6 +31,13 @@ pub struct Input<'a> {
     pub polygon_start: &'a [u32], // (p + 1)
     /// UVs that the file came with, one a corner, whose borders stay cuts (`--keep-seams`). NaN: no UV.
     pub kept_uv: Option<&'a [DVec2]>, // (c)
+}
+
+impl<'a> Input<'a> {
+    fn polygons(&self) -> Polygons<'a> {
+        let Input { positions, corners, polygon_start, kept_uv } = *self;
+        Polygons { positions, corners, polygon_start, kept_uv }
+    }
 }
 
 /// How many charts a connected component may have.
@@ -70,6 +93,16 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    fn pack(&self) -> pack::Settings {
+        let mode = match self.packing {
+            Packing::Tight => pack::Mode::Tight,
+            Packing::Grid => pack::Mode::Grid,
+        };
+        pack::Settings { size: self.size, padding: self.padding, mode, seed: self.seed, ..Default::default() }
+    }
+}
+
 /// Where the atlas is written.
 pub struct Output<'a> {
     /// UV of each input corner, in [0, 1]^2, on a grid of 2^-24.
@@ -89,6 +122,12 @@ pub struct Report {
     pub distortion: f64,
     /// Share of the unit square that charts cover.
     pub utilisation: f64,
+    /// Faces that are not counter-clockwise on the grid; 0 unless they have no area to speak of.
+    pub flipped: usize,
+    /// Faces that overlap another on the grid.
+    pub overlapping: usize,
+    /// What was repaired.
+    pub repaired: repair::Summary,
 }
 
 /// Why there is no atlas. Outputs are unspecified.
@@ -110,6 +149,28 @@ pub enum UnwrapError {
         /// Input corner.
         corner: usize,
     },
+    /// The hierarchy that the caller built does not hold every face once.
+    BadTree,
+}
+
+impl From<SeamError> for UnwrapError {
+    fn from(e: SeamError) -> Self {
+        match e {
+            SeamError::Scratch(e) => UnwrapError::Scratch(e),
+            SeamError::Stopped => UnwrapError::Cancelled,
+        }
+    }
+}
+
+impl From<RepairError> for UnwrapError {
+    fn from(e: RepairError) -> Self {
+        match e {
+            RepairError::Scratch(e) => UnwrapError::Scratch(e),
+            RepairError::NotFinite { vertex } => UnwrapError::NotFinite { vertex },
+            RepairError::BadIndex { corner } => UnwrapError::BadIndex { corner },
+            RepairError::NoTriangle => UnwrapError::NoTriangle,
+        }
+    }
 }
 
 impl From<ScratchTooSmall> for UnwrapError {
@@ -126,17 +187,39 @@ impl core::fmt::Display for UnwrapError {
             UnwrapError::NoTriangle => write!(f, "the mesh holds no triangle with three different corners"),
             UnwrapError::NotFinite { vertex } => write!(f, "vertex {vertex} has a coordinate that is not a number"),
             UnwrapError::BadIndex { corner } => write!(f, "corner {corner} names a vertex that does not exist"),
+            UnwrapError::BadTree => write!(f, "the ray hierarchy that was handed in is damaged"),
         }
     }
 }
 
 impl core::error::Error for UnwrapError {}
 
-/// Scratch bytes that [`unwrap`] asks for.
-pub fn unwrap_need(input: &Input, settings: &Settings) -> usize {
-    let _ = settings;
-    input.corners.len() * 512
+/// Weight of hidden places in the cost of a cut: cost = length (OPEN + exposure^SHARPNESS). Bracketed on 13 meshes in
+/// docs/RESULTS.md.
+const OPEN: f64 = 0.05;
+/// See [`OPEN`].
+const SHARPNESS: f64 = 4.0;
+/// Vertices whose exposure is found between two progress reports.
+const EXPOSURE_SLICE: usize = 4096;
+/// Times that an atlas which fails the exact check is split and packed anew.
+const ATTEMPTS: usize = 12;
+
+/// Scratch bytes that [`unwrap`] asks for: an estimate from above for meshes as they occur. Where a mesh needs more,
+/// [`unwrap`] says so with [`UnwrapError::Scratch`].
+pub fn unwrap_need(input: &Input, settings: &Settings, bvh: &dyn BuildBvh) -> usize {
+    let triangles =
+        input.polygon_start.windows(2).map(|p| (p[1].saturating_sub(p[0]) as usize).saturating_sub(2)).sum();
+    let polygons = input.polygons();
+    let vertices = (input.positions.len() + 64).min(3 * triangles);
+    let rays = 3 * bytes_for::<DVec3>(vertices) + Scene::need(triangles, bvh) + exposure_need(settings.rays as usize);
+    let pieces = pieces_need(triangles) + make_charts_need(triangles, vertices) + 64 * triangles;
+    let packing = pack_need(triangles, triangles.min(CHARTS_FORESEEN), &settings.pack()) + overlaps_need(triangles);
+    let atlas = pieces_need(triangles) + 17 * 3 * triangles + 4096 + pieces.max(packing + 60 * 3 * triangles);
+    repair_need(&polygons) + bytes_for::<f64>(3 * triangles) + rays.max(atlas).max(fill_dropped_need(&polygons))
 }
+
+/// Charts for which [`unwrap_need`] holds packing memory.
+const CHARTS_FORESEEN: usize = 4096;
 
 /// Makes the atlas with the exact method (no training).
 pub fn unwrap(
@@ -144,11 +227,208 @@ pub fn unwrap(
     input: &Input,
     settings: &Settings,
     bvh: &dyn BuildBvh,
-    scratch: Scratch,
+    mut scratch: Scratch,
     workers: &dyn Workers,
     progress: &mut dyn Progress,
 ) -> Result<Report, UnwrapError> {
-    scratch.require(unwrap_need(input, settings))?;
-    let _ = (output, bvh, workers, progress);
-    Err(UnwrapError::NoTriangle)
+    scratch.require(unwrap_need(input, settings, bvh))?;
+    let polygons = input.polygons();
+    report(progress, Stage::Repair, 0, 1)?;
+    let (working, repaired) = repair(&polygons, Facing::AsGiven, &mut scratch)?;
+    report(progress, Stage::Repair, 1, 1)?;
+    let cost = scratch.take::<f64>(3 * working.faces.len())?;
+    expose(output.exposure, cost, &working, settings, bvh, scratch.frame(), workers, progress)?;
+    let mut done = Report { repaired, ..Report::default() };
+    let mut frame = scratch.frame();
+    let forced = frame.take::<u8>(working.twin.len())?;
+    forced.iter_mut().zip(working.fixed).for_each(|(f, mark)| *f = u8::from(*mark == FORCED));
+    let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
+    let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
+    let cut = frame.take::<u8>(working.twin.len())?;
+    let budget = Budget { distortion: settings.distortion, one: settings.charts == Charts::One };
+    let total = pieces.count();
+    unwrap_pieces(uv, cut, &pieces, budget, frame.frame(), workers, &mut |p| {
+        progress.report(Stage::Seams, p, total).is_continue()
+    })?;
+    report(progress, Stage::Seams, total, total)?;
+    place(
+        output.corner_uv,
+        output.polygon_chart,
+        uv,
+        cut,
+        &pieces,
+        &working,
+        settings,
+        &mut done,
+        frame,
+        workers,
+        progress,
+    )?;
+    fill_dropped(output.corner_uv, &polygons, &working, scratch)?;
+    Ok(done)
+}
+
+/// Exposure of each input vertex, and from it the cost of a cut along each half-edge of the working mesh.
+#[allow(clippy::too_many_arguments)]
+fn expose(
+    exposure_out: &mut [f32],
+    cost: &mut [f64],
+    working: &Working,
+    settings: &Settings,
+    bvh: &dyn BuildBvh,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    progress: &mut dyn Progress,
+) -> Result<(), UnwrapError> {
+    let mesh = working.mesh();
+    let n = mesh.positions.len();
+    let exact = scratch.take::<DVec3>(n)?;
+    vertex_normals(exact, mesh, NormalWeight::Angle);
+    let normals = scratch.take::<Vec3>(n)?;
+    normals.iter_mut().zip(exact.iter()).for_each(|(to, from)| *to = from.as_vec3());
+    let points = scratch.take::<Vec3>(n)?;
+    points.iter_mut().zip(mesh.positions).for_each(|(to, from)| *to = from.as_vec3());
+    let open = scratch.take::<f32>(n)?;
+    let scene = Scene::new(points, mesh.faces, bvh, &mut scratch).map_err(|e| match e {
+        BvhError::Scratch(e) => UnwrapError::Scratch(e),
+        _ => UnwrapError::BadTree,
+    })?;
+    for first in (0..n).step_by(EXPOSURE_SLICE) {
+        report(progress, Stage::Exposure, first, n)?;
+        let end = (first + EXPOSURE_SLICE).min(n);
+        let rays = ExposureSettings { rays: settings.rays as usize, seed: settings.seed, first, ..Default::default() };
+        let (points, normals) = (&points[first..end], &normals[first..end]);
+        exposure(&mut open[first..end], points, normals, &scene, &rays, scratch.frame(), workers)?;
+    }
+    report(progress, Stage::Exposure, n, n)?;
+    for c in 0..mesh.corner_count() as u32 {
+        let (a, b) = (mesh.vertex(c), mesh.vertex(next(c)));
+        let d = mesh.positions[b as usize] - mesh.positions[a as usize];
+        let e = 0.5 * (f64::from(open[a as usize]) + f64::from(open[b as usize]));
+        let uncuttable = working.fixed[c as usize] == DIAGONAL;
+        cost[c as usize] =
+            if uncuttable { f64::INFINITY } else { real::sqrt(d.dot(d)) * (OPEN + real::pow(e, SHARPNESS)) };
+    }
+    // Input vertices at one place share the value of the last working vertex there.
+    exposure_out.fill(1.0);
+    for (v, source) in working.vertex_source.iter().enumerate() {
+        exposure_out[*source as usize] = open[v];
+    }
+    for v in 0..exposure_out.len() {
+        let place = working.welded[v];
+        if place != NONE {
+            exposure_out[v] = exposure_out[place as usize];
+        }
+    }
+    Ok(())
+}
+
+/// Packs the charts, puts them on the grid, and checks them there exactly; what overlaps is split and packed anew.
+#[allow(clippy::too_many_arguments)]
+fn place(
+    corner_uv: &mut [DVec2],
+    polygon_chart: &mut [u32],
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    pieces: &Pieces,
+    working: &Working,
+    settings: &Settings,
+    done: &mut Report,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    progress: &mut dyn Progress,
+) -> Result<(), UnwrapError> {
+    let faces = working.faces.len();
+    let steps = (1u32 << GRID_BITS) as f64;
+    for attempt in 0..ATTEMPTS {
+        report(progress, Stage::Pack, attempt, ATTEMPTS)?;
+        let mut frame = scratch.frame();
+        let node = frame.take::<[u32; 3]>(faces)?;
+        let chart = frame.take::<u32>(faces)?;
+        let (nodes, charts) = number(node, chart, cut, pieces, frame.frame())?;
+        let points = frame.take::<DVec2>(nodes)?;
+        for (n, u) in node.as_flattened().iter().zip(uv.iter()) {
+            points[*n as usize] = *u;
+        }
+        let placements = frame.take_filled::<Placement>(charts, Placement::IDENTITY)?;
+        let shapes = pack::Charts { uv: points, faces: node, chart, count: charts };
+        let packed = pack::pack(placements, &shapes, &settings.pack(), &mut frame, workers)?;
+        let grid = frame.take::<GridPoint>(nodes)?;
+        for (f, corners) in node.iter().enumerate() {
+            for n in corners {
+                let p = placements[chart[f] as usize].apply(points[*n as usize]);
+                grid[*n as usize] = GridPoint::snap(p.min(DVec2::splat(1.0 - 1.0 / steps)), GRID_BITS);
+            }
+        }
+        for p in 0..pieces.count() {
+            close_slits(grid, pieces.slits(p, cut, node.as_flattened()));
+        }
+        let flips = straighten(grid, node, frame.frame())?;
+        let triangles = frame.take::<GridTriangle>(faces)?;
+        for (t, n) in triangles.iter_mut().zip(node.iter()) {
+            *t = n.map(|n| grid[n as usize]);
+        }
+        let partner = frame.take::<u32>(faces)?;
+        report(progress, Stage::Check, attempt, ATTEMPTS)?;
+        let overlapping = overlaps(partner, triangles, frame.frame())?;
+        for (slot, n) in node.as_flattened().iter().enumerate() {
+            corner_uv[working.corner_source[pieces.source[slot] as usize] as usize] = grid[*n as usize].uv(GRID_BITS);
+        }
+        polygon_chart.fill(NONE);
+        for (f, k) in chart.iter().enumerate() {
+            let working_face = pieces.source[3 * f] / 3;
+            polygon_chart[working.polygon[working_face as usize] as usize] = *k;
+        }
+        done.chart_count = charts;
+        done.utilisation = packed.utilisation;
+        done.flipped = flips;
+        done.overlapping = overlapping;
+        done.distortion = distortion(uv, pieces.rest());
+        if overlapping == 0 {
+            break;
+        }
+        // Rounding has laid a border over another: decide on the rounded points where to split.
+        for (slot, n) in node.as_flattened().iter().enumerate() {
+            uv[slot] = grid[*n as usize].uv(GRID_BITS) / placements[chart[slot / 3] as usize].scale.max(1e-300);
+        }
+        let changed = frame.take::<u8>(faces)?;
+        for p in 0..pieces.count() {
+            let mut inner = frame.frame();
+            let corners = pieces.corners(p);
+            let surface = pieces.surface(p, &mut inner)?;
+            let changed = &mut changed[corners.start / 3..corners.end / 3];
+            split_overlaps(&mut cut[corners.clone()], changed, &uv[corners], &surface, inner)?;
+        }
+    }
+    report(progress, Stage::Check, ATTEMPTS, ATTEMPTS)?;
+    Ok(())
+}
+
+/// Numbers the nodes and charts of all pieces together; returns how many of each.
+fn number(
+    node: &mut [[u32; 3]],
+    chart: &mut [u32],
+    cut: &[u8],
+    pieces: &Pieces,
+    mut scratch: Scratch,
+) -> Result<(usize, usize), UnwrapError> {
+    let flat = node.as_flattened_mut();
+    let queue = scratch.take::<u32>(chart.len())?;
+    let (mut nodes, mut charts) = (0, 0);
+    for p in 0..pieces.count() {
+        let corners = pieces.corners(p);
+        let faces = corners.start / 3..corners.end / 3;
+        let surface = pieces.bare_surface(p);
+        let more = surface.wedges(&cut[corners.clone()], &mut flat[corners.clone()]);
+        flat[corners.clone()].iter_mut().for_each(|n| *n += nodes);
+        nodes += more as u32;
+        let more = surface.charts(&cut[corners], &mut chart[faces.clone()], &mut queue[faces.clone()]);
+        chart[faces].iter_mut().for_each(|k| *k += charts);
+        charts += more as u32;
+    }
+    Ok((nodes as usize, charts as usize))
+}
+
+fn report(progress: &mut dyn Progress, stage: Stage, done: usize, total: usize) -> Result<(), UnwrapError> {
+    if progress.report(stage, done, total).is_break() { Err(UnwrapError::Cancelled) } else { Ok(()) }
 }

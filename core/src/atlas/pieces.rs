@@ -8,7 +8,7 @@ use super::seams::{Budget, SeamError, make_charts, make_charts_need};
 use super::surface::Surface;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Serial, Workers, for_each_chunk};
-use crate::mesh::view::{MeshView, NONE};
+use crate::mesh::view::{MeshView, NONE, next};
 use glam::{DVec2, DVec3};
 
 /// Pieces of at most this share of all faces are worked on side by side.
@@ -138,13 +138,30 @@ impl<'a> Pieces<'a> {
         self.rest
     }
 
-    /// Piece `p` as a surface; lists its vertices' corners in `keep`.
-    pub fn surface<'s>(&'s self, p: usize, keep: &mut Scratch<'s>) -> Result<Surface<'s>, ScratchTooSmall> {
+    /// Piece `p` as a surface without the list of its vertices' corners: enough for wedges and charts.
+    pub fn bare_surface(&self, p: usize) -> Surface<'_> {
         let corners = self.corners(p);
         let faces = corners.start / 3..corners.end / 3;
         let vertices = self.vertex_start[p] as usize..self.vertex_start[p + 1] as usize;
         let mesh = MeshView { positions: &self.positions[vertices], faces: &self.faces[faces.clone()] };
-        Surface::new(mesh, &self.twin[corners.clone()], &self.rest[faces], &self.cost[corners], keep)
+        let (twin, rest, cost) = (&self.twin[corners.clone()], &self.rest[faces], &self.cost[corners]);
+        Surface { mesh, twin, rest, cost, start: &[], corners: &[] }
+    }
+
+    /// Pairs of nodes that stand across from each other at the cuts of piece `p`; `cut` and `node` have one entry a
+    /// corner of all pieces.
+    pub fn slits<'s>(&'s self, p: usize, cut: &'s [u8], node: &'s [u32]) -> impl Iterator<Item = (u32, u32)> + 's {
+        let first = self.corners(p).start as u32;
+        self.corners(p).filter(|slot| cut[*slot] != 0 && self.twin[*slot] != NONE).flat_map(move |slot| {
+            let (c, t) = (slot as u32, self.twin[slot] + first);
+            [(node[c as usize], node[next(t) as usize]), (node[next(c) as usize], node[t as usize])]
+        })
+    }
+
+    /// Piece `p` as a surface; lists its vertices' corners in `keep`.
+    pub fn surface<'s>(&'s self, p: usize, keep: &mut Scratch<'s>) -> Result<Surface<'s>, ScratchTooSmall> {
+        let Surface { mesh, twin, rest, cost, .. } = self.bare_surface(p);
+        Surface::new(mesh, twin, rest, cost, keep)
     }
 }
 

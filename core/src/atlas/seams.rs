@@ -2,6 +2,7 @@
 
 use super::charts::{Charts, Work, job_need, work_on};
 use super::cut::{Paths, cut_to_disks};
+use super::energy::Rest;
 use super::relax::Stop;
 use super::split::split_overlaps;
 use super::surface::Surface;
@@ -17,6 +18,8 @@ use glam::DVec2;
 pub struct Budget {
     /// Bound on the mean symmetric Dirichlet energy over 4.
     pub distortion: f64,
+    /// Whether a piece should stay one chart where that can be.
+    pub one: bool,
 }
 
 /// Why the search ended without charts.
@@ -72,7 +75,7 @@ pub fn make_charts(
         if !proceed() {
             return Err(SeamError::Stopped);
         }
-        if distortion(uv, surface) <= budget.distortion {
+        if distortion(uv, surface.rest) <= budget.distortion {
             break;
         }
         changed.fill(0);
@@ -124,9 +127,9 @@ fn relax_changed(
 }
 
 /// Mean symmetric Dirichlet energy over 4, after the best global scale.
-pub fn distortion(uv: &[DVec2], surface: &Surface) -> f64 {
+pub fn distortion(uv: &[DVec2], rest: &[Rest]) -> f64 {
     let (mut stretch, mut shrink, mut area) = (0.0, 0.0, 0.0);
-    for (f, rest) in surface.rest.iter().enumerate() {
+    for (f, rest) in rest.iter().enumerate() {
         let [c0, c1] = rest.jacobian([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
         let (det, norm) = (c0.perp_dot(c1), c0.dot(c0) + c1.dot(c1));
         stretch += rest.area * norm;

@@ -79,13 +79,13 @@ fn run(path: &str) {
         &mut uv,
         &mut cut,
         &surface,
-        seams::Budget { distortion: bound },
+        seams::Budget { distortion: bound, one: false },
         scratch.frame(),
         &Two,
         &mut || true,
     )
     .unwrap();
-    println!("{path} {:.4} {:?}", seams::distortion(&uv, &surface), t0.elapsed());
+    println!("{path} {:.4} {:?}", seams::distortion(&uv, &rest), t0.elapsed());
     {
         let name = std::path::Path::new(path).file_stem().unwrap().to_str().unwrap();
         let mut o = String::new();

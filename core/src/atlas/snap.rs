@@ -1,0 +1,136 @@
+//! UVs onto the grid on which they are written, without a flip.
+//!
+//! Rounding moves a point by half a step, which can turn a sliver over. A face that is not counter-clockwise on the grid
+//! moves one of its nodes by the fewest steps that make every face around that node counter-clockwise.
+//! The two sides of a slit that stay within two steps of each other are put on the same points, so that rounding cannot
+//! lay one over the other.
+//! Limit: a sliver inside a knot of slivers may find no place; the caller counts what is left.
+
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::mesh::grid::{GridPoint, doubled_area};
+
+/// Farthest that a node is moved, in steps.
+const REACH: i32 = 6;
+/// Rounds over all faces that are not counter-clockwise.
+const ROUNDS: usize = 12;
+/// Sides of a slit this near, in steps, are put together.
+const TOGETHER: i32 = 2;
+
+/// Scratch bytes for [`straighten`].
+pub const fn straighten_need(nodes: usize, faces: usize) -> usize {
+    bytes_for::<u32>(nodes + 2) + bytes_for::<u32>(3 * faces)
+}
+
+/// Puts the copies of a vertex that a cut has parted by hardly anything on one point. `pairs` are nodes on two sides of a
+/// cut.
+pub fn close_slits(points: &mut [GridPoint], pairs: impl Iterator<Item = (u32, u32)>) {
+    for (a, b) in pairs {
+        let (p, q) = (points[a as usize], points[b as usize]);
+        if (p.x() - q.x()).abs() <= TOGETHER && (p.y() - q.y()).abs() <= TOGETHER {
+            points[a.max(b) as usize] = points[a.min(b) as usize];
+        }
+    }
+}
+
+/// Moves nodes until every face is counter-clockwise; returns how many are not in the end.
+pub fn straighten(
+    points: &mut [GridPoint],
+    faces: &[[u32; 3]],
+    mut scratch: Scratch,
+) -> Result<usize, ScratchTooSmall> {
+    let bad = |points: &[GridPoint], f: &[u32; 3]| doubled_area(&f.map(|i| points[i as usize])) <= 0;
+    if !faces.iter().any(|f| bad(points, f)) {
+        return Ok(0);
+    }
+    let start = scratch.take::<u32>(points.len() + 2)?;
+    let around = scratch.take::<u32>(3 * faces.len())?;
+    for n in faces.as_flattened() {
+        start[*n as usize + 2] += 1;
+    }
+    for n in 2..start.len() {
+        start[n] += start[n - 1];
+    }
+    for (c, n) in faces.as_flattened().iter().enumerate() {
+        let at = &mut start[*n as usize + 1];
+        around[*at as usize] = (c / 3) as u32;
+        *at += 1;
+    }
+    for _ in 0..ROUNDS {
+        let mut left = 0;
+        for f in faces {
+            if !bad(points, f) {
+                continue;
+            }
+            let best = f.iter().filter_map(|n| {
+                let range = start[*n as usize] as usize..start[*n as usize + 1] as usize;
+                better_place(points, *n, faces, &around[range]).map(|(cost, p)| (cost, *n, p))
+            });
+            match best.min_by_key(|(cost, n, _)| (*cost, *n)) {
+                Some((_, n, p)) => points[n as usize] = p,
+                None => left += 1,
+            }
+        }
+        if left == 0 && !faces.iter().any(|f| bad(points, f)) {
+            return Ok(0);
+        }
+    }
+    Ok(faces.iter().filter(|f| bad(points, f)).count())
+}
+
+/// The nearest place for node `n` at which all faces around it are counter-clockwise, with its squared distance.
+fn better_place(points: &[GridPoint], n: u32, faces: &[[u32; 3]], around: &[u32]) -> Option<(i32, GridPoint)> {
+    let old = points[n as usize];
+    let mut best: Option<(i32, GridPoint)> = None;
+    for dy in -REACH..=REACH {
+        for dx in -REACH..=REACH {
+            let cost = dx * dx + dy * dy;
+            if best.is_some_and(|b| b.0 <= cost) {
+                continue;
+            }
+            let place = GridPoint::new(old.x() + dx, old.y() + dy);
+            let fits = around.iter().all(|f| {
+                let corners = faces[*f as usize].map(|i| if i == n { place } else { points[i as usize] });
+                doubled_area(&corners) > 0
+            });
+            if fits {
+                best = Some((cost, place));
+            }
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec;
+
+    fn settled(points: &mut [GridPoint], faces: &[[u32; 3]]) -> usize {
+        let mut bytes = vec![0u8; straighten_need(points.len(), faces.len())];
+        straighten(points, faces, Scratch::new(&mut bytes)).unwrap()
+    }
+
+    #[test]
+    fn a_sliver_that_rounding_has_turned_over_is_turned_back() {
+        // Node 3 lies one step beyond the edge 0 1 of its sliver.
+        let p = |x, y| GridPoint::new(x, y);
+        let mut points = [p(0, 0), p(1000, 0), p(500, 800), p(500, -1)];
+        let faces = [[0, 1, 3], [0, 3, 2], [3, 1, 2]];
+        assert_eq!(settled(&mut points, &faces), 0);
+        assert!(faces.iter().all(|f| doubled_area(&f.map(|i| points[i as usize])) > 0));
+    }
+
+    #[test]
+    fn what_cannot_be_straightened_is_counted() {
+        let p = |x, y| GridPoint::new(x, y);
+        let mut points = [p(0, 0), p(1000, 0), p(500, 800)];
+        assert_eq!(settled(&mut points, &[[0, 1, 2], [0, 2, 1]]), 1);
+    }
+
+    #[test]
+    fn slits_that_hardly_open_are_closed() {
+        let mut points = [GridPoint::new(5, 5), GridPoint::new(6, 4), GridPoint::new(90, 5)];
+        close_slits(&mut points, [(0, 1), (1, 2)].into_iter());
+        assert_eq!(points, [GridPoint::new(5, 5), GridPoint::new(5, 5), GridPoint::new(90, 5)]);
+    }
+}
