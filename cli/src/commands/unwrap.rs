@@ -60,6 +60,7 @@ impl Job {
             .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
         warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
         let atlas = atlas::make(&loaded, self.keep_seams, &self.settings, &pool, &mut reporter)?;
+        let stages = reporter.finish().iter().map(StageReport::from).collect();
         let missed = self.missed(&atlas);
         warnings.extend(missed.clone());
 
@@ -69,7 +70,6 @@ impl Job {
             let picture = draw(&loaded, &atlas)?;
             drafts.add("--sheet", path, |out| out.write_all(&picture))?;
         }
-        let stages = reporter.finish().iter().map(StageReport::from).collect();
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             input: InputReport::new(&loaded),

@@ -109,7 +109,9 @@ impl fmt::Display for Problem {
             Problem::NotACorner { word } => {
                 write!(f, "'{word}' is not a face corner; write v, v/vt, v//vn or v/vt/vn with whole numbers")
             }
-            Problem::ZeroIndex => write!(f, "vertex index 0; OBJ counts vertices from 1"),
+            Problem::ZeroIndex => {
+                write!(f, "vertex index 0, but OBJ counts from 1; correct the index or remove the face")
+            }
             Problem::OutOfRange { index, count } if *index > 0 => {
                 write!(
                     f,
