@@ -2,7 +2,7 @@
 //!
 //! - [`statement`], `field`: lines, continuations and words of a file's bytes
 //! - [`read`], [`problem`]: bytes to mesh, and the places that a new atlas changes
-//! - [`write`]: the same bytes with new `vt` lines and face corners
+//! - [`mod@write`]: the same bytes with new `vt` lines and face corners
 //! - [`compose`]: an OBJ from scratch, for meshes that came in another format
 
 pub mod compose;
