@@ -34,9 +34,9 @@ pub enum Command {
 /// `unwrap`.
 #[derive(Debug, Args)]
 pub struct UnwrapArgs {
-    /// The mesh (.obj). Existing UVs are replaced
+    /// The mesh (.obj, .ply, .stl, .glb, .gltf). Existing UVs are replaced
     pub mesh: PathBuf,
-    /// The OBJ to write. May be the input itself: everything but the UVs stays byte for byte as it was
+    /// The OBJ to write. May be the input itself: everything but the UVs of an OBJ stays byte for byte as it was
     #[arg(short, long, value_name = "OUT.obj")]
     pub output: PathBuf,
     /// What makes the map

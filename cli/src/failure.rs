@@ -9,7 +9,8 @@
 //! | 5 | the run could not reach what was asked |
 //! | 130 | stopped by Ctrl-C or a termination signal, as shells report it |
 //!
-//! After every code but 0 all outputs are as they were before.
+//! After every code but 0 all outputs are as they were before, with one exception: code 5 for a missed bound comes after
+//! a valid atlas was written.
 
 use core::fmt;
 use std::io;

@@ -1,6 +1,6 @@
 //! Bounding volume hierarchies by obvhs (PLOC with reinsertion), handed to core as flat nodes.
 //!
-//! Guarantee: the tree is at most [`DEPTH`] deep. Where the library's is deeper (long rows of needles), a balanced tree
+//! Guarantee: the tree is at most 60 deep. Where the library's is deeper (long rows of needles), a balanced tree
 //! over the library's order of the faces takes its place. Hits do not depend on the tree, only the time does.
 
 use glam::Vec3;

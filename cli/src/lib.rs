@@ -1,7 +1,7 @@
 //! The seamwright command as a library: everything around core that needs files, threads, clocks or a terminal.
 //!
 //! - [`args`], [`commands`], [`failure`]: the command line, what it does, how it ends
-//! - [`load`], [`mesh`], [`obj`]: files to meshes and back
+//! - [`load`], [`mesh`], [`obj`], [`formats`]: files to meshes and back
 //! - [`atlas`], [`hierarchy`], [`threads`]: core's pipeline with a desktop's memory, library and threads
 //! - [`progress`], [`report`], [`save`]: what people and scripts see, and outputs that appear whole or not at all
 #![forbid(unsafe_code)]
@@ -10,6 +10,7 @@ pub mod args;
 pub mod atlas;
 pub mod commands;
 pub mod failure;
+pub mod formats;
 pub mod hierarchy;
 pub mod load;
 pub mod mesh;

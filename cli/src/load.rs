@@ -1,14 +1,15 @@
 //! A mesh from a file, by the file's ending.
 
 use crate::failure::Failure;
+use crate::formats::{Bare, FormatError, gltf, ply, stl};
 use crate::mesh::Mesh;
-use crate::obj::{read::ObjFile, read::read, write::write};
+use crate::obj::{compose::compose, read::ObjFile, read::read, write::write};
 use glam::DVec2;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The endings that [`load`] knows, for messages.
-pub const ENDINGS: &str = ".obj";
+pub const ENDINGS: &str = ".obj, .ply, .stl, .glb and .gltf";
 
 /// A mesh and what its file needs to be written back.
 pub struct Loaded {
@@ -20,16 +21,22 @@ pub struct Loaded {
 enum Content {
     /// Written back as it was, with other UVs.
     Obj(ObjFile),
+    /// Written as an OBJ of its own.
+    Bare(Bare),
 }
 
 /// Reads the mesh at `path`.
 pub fn load(path: &Path) -> Result<Loaded, Failure> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let bytes = || std::fs::read(path).map_err(|e| Failure::input(path, &e));
+    let bare = |result: Result<Bare, FormatError>| {
+        result.map(Content::Bare).map_err(|e| input_error(path, e.line, &e.problem))
+    };
     let content = match ending.as_str() {
-        "obj" => {
-            let bytes = std::fs::read(path).map_err(|e| Failure::input(path, &e))?;
-            Content::Obj(from_obj(path, bytes)?)
-        }
+        "obj" => Content::Obj(from_obj(path, bytes()?)?),
+        "ply" => bare(ply::read(&bytes()?))?,
+        "stl" => bare(stl::read(&bytes()?))?,
+        "glb" | "gltf" => bare(gltf::read(&bytes()?, path.parent().unwrap_or(Path::new(""))))?,
         _ => {
             let problem =
                 if ending.is_empty() { "no file ending".into() } else { format!("unknown file ending .{ending}") };
@@ -46,10 +53,13 @@ pub fn load_obj(path: &Path, bytes: Vec<u8>) -> Result<Loaded, Failure> {
 }
 
 fn from_obj(path: &Path, bytes: Vec<u8>) -> Result<ObjFile, Failure> {
-    read(bytes).map_err(|e| {
-        let line = if e.line == 0 { String::new() } else { format!(":{}", e.line) };
-        Failure::Input(format!("{}{line}: {}", path.display(), e.problem))
-    })
+    read(bytes).map_err(|e| input_error(path, e.line, &e.problem))
+}
+
+/// `file:line: problem`; line 0 is the whole file.
+fn input_error(path: &Path, line: usize, problem: &dyn core::fmt::Display) -> Failure {
+    let line = if line == 0 { String::new() } else { format!(":{line}") };
+    Failure::Input(format!("{}{line}: {problem}", path.display()))
 }
 
 impl Loaded {
@@ -57,6 +67,7 @@ impl Loaded {
     pub fn mesh(&self) -> &Mesh {
         match &self.content {
             Content::Obj(file) => &file.mesh,
+            Content::Bare(bare) => &bare.mesh,
         }
     }
 
@@ -64,6 +75,7 @@ impl Loaded {
     pub fn warnings(&self) -> &[String] {
         match &self.content {
             Content::Obj(file) => &file.warnings,
+            Content::Bare(bare) => &bare.warnings,
         }
     }
 
@@ -71,6 +83,7 @@ impl Loaded {
     pub fn write_obj(&self, out: &mut dyn Write, corner_uv: &[DVec2]) -> io::Result<()> {
         match &self.content {
             Content::Obj(file) => write(out, file, corner_uv),
+            Content::Bare(bare) => compose(out, &bare.mesh, &bare.labels, corner_uv),
         }
     }
 

@@ -75,7 +75,7 @@ fn an_unreadable_input_is_code_3_and_names_file_and_line() {
     bad("lines.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", &["lines.obj", "2 vertices"]);
     bad("nan.obj", b"v 0 0 0\nv nan 0 0\n", &["nan.obj:2:", "not finite"]);
     bad("range.obj", b"v 0 0 0\nf 1 1 2\n", &["range.obj:2:", "vertex index 2", "1 vertices"]);
-    bad("zero.obj", b"v 0 0 0\n\nf 1 1 0\n", &["zero.obj:3:", "counts vertices from 1"]);
+    bad("zero.obj", b"v 0 0 0\n\nf 1 1 0\n", &["zero.obj:3:", "counts from 1"]);
     bad("word.obj", b"v 0 zero 0\n", &["word.obj:1:", "'zero'"]);
     bad("utf16.obj", b"\xFF\xFEv\0 \x000\0", &["utf16.obj:", "UTF-16"]);
     fails(dir, &["unwrap", "good.obj", "-o", "out.obj", "--keep-seams"], 3, &["good.obj", "no texture coordinates"]);

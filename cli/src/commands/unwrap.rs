@@ -14,6 +14,9 @@ use std::io::stdout;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// How far over the bound still counts as reached: UVs on a grid of 2^-24 move the mean by about 1e-7.
+const BOUND_SLACK: f64 = 1e-6;
+
 /// Everything that a run needs but the mesh.
 pub struct Job {
     /// The OBJ to write.
@@ -60,6 +63,7 @@ impl Job {
             .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
         warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
         let atlas = atlas::make(&loaded, self.keep_seams, &self.settings, &pool, &mut reporter)?;
+        let stages = reporter.finish().iter().map(StageReport::from).collect();
         let missed = self.missed(&atlas);
         warnings.extend(missed.clone());
 
@@ -69,7 +73,6 @@ impl Job {
             let picture = draw(&loaded, &atlas)?;
             drafts.add("--sheet", path, |out| out.write_all(&picture))?;
         }
-        let stages = reporter.finish().iter().map(StageReport::from).collect();
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             input: InputReport::new(&loaded),
@@ -114,7 +117,7 @@ impl Job {
     /// What to say where the bound was not reached. The atlas is valid all the same, and is written.
     fn missed(&self, atlas: &Atlas) -> Option<String> {
         let (bound, reached) = (self.settings.distortion, atlas.report.distortion);
-        (reached > bound).then(|| {
+        (reached > bound * (1.0 + BOUND_SLACK)).then(|| {
             format!(
                 "--distortion {bound}: the atlas is valid and written, but its distortion is {reached:.4}; allow that much or \
                  more charts"

@@ -7,10 +7,10 @@ use crate::mesh::Mesh;
 use glam::DVec2;
 use std::io::{self, Write};
 
-/// Writes vertices, UVs and polygons. A UV that is not finite is left out of its corner.
+/// Writes vertices, UVs and polygons; each of `labels` is a line before its polygon, in order. A UV that is not finite is left out of its corner.
 ///
 /// Panics unless `corner_uv` has one entry for each corner.
-pub fn compose(out: &mut dyn Write, mesh: &Mesh, corner_uv: &[DVec2]) -> io::Result<()> {
+pub fn compose(out: &mut dyn Write, mesh: &Mesh, labels: &[(usize, String)], corner_uv: &[DVec2]) -> io::Result<()> {
     assert_eq!(corner_uv.len(), mesh.corners.len(), "one UV a corner");
     for p in &mesh.positions {
         out.write_all(b"v")?;
@@ -19,7 +19,11 @@ pub fn compose(out: &mut dyn Write, mesh: &Mesh, corner_uv: &[DVec2]) -> io::Res
     }
     let table = UvTable::new(corner_uv);
     table.write_lines(out, b"\n")?;
-    for polygon in mesh.polygons() {
+    let mut labels = labels.iter().peekable();
+    for (p, polygon) in mesh.polygons().enumerate() {
+        while let Some((_, text)) = labels.next_if(|(place, _)| *place <= p) {
+            writeln!(out, "{text}")?;
+        }
         out.write_all(b"f")?;
         for c in polygon {
             out.write_all(b" ")?;
@@ -50,7 +54,7 @@ mod tests {
             corner_uv: Some(vec![DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y]),
         };
         let mut out = Vec::new();
-        compose(&mut out, &mesh, mesh.corner_uv.as_deref().unwrap()).unwrap();
+        compose(&mut out, &mesh, &[(0, "o a".into())], mesh.corner_uv.as_deref().unwrap()).unwrap();
         let back = read(out).unwrap().mesh;
         assert_eq!(back.positions[0].x as f32, 0.1);
         assert_eq!(back.positions[0].y, 0.1);

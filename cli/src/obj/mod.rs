@@ -1,11 +1,13 @@
 //! Wavefront OBJ, read and written so that the user's file stays the user's.
 //!
-//! - [`statement`]: lines, continuations and words of a file's bytes
-//! - [`read`]: bytes to mesh, and the places that a new atlas changes
-//! - [`write`]: the same bytes with new `vt` lines and face corners
+//! - [`statement`], `field`: lines, continuations and words of a file's bytes
+//! - [`read`], [`problem`]: bytes to mesh, and the places that a new atlas changes
+//! - [`mod@write`]: the same bytes with new `vt` lines and face corners
 //! - [`compose`]: an OBJ from scratch, for meshes that came in another format
 
 pub mod compose;
+mod field;
+pub mod problem;
 pub mod read;
 pub mod statement;
 pub mod write;

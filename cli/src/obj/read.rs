@@ -5,9 +5,10 @@
 //! Guarantee: no panic for any bytes; memory is the file plus about 40 bytes a corner.
 //! Limits: `call` is not followed, free-form surfaces are kept but get no UV, and UTF-16 is refused.
 
+use super::field::{coordinate, corner, names_texture, shown, texture};
+use super::problem::{ObjError, Problem};
 use super::statement::{Statement, Statements, Words};
 use crate::mesh::{Mesh, NO_UV};
-use core::fmt;
 use glam::{DVec2, DVec3};
 
 /// An OBJ file: its bytes, its mesh, and what a new atlas changes.
@@ -45,100 +46,6 @@ pub enum EditKind {
     /// A statement that is no polygon and refers to the old `vt` lines: the references are taken out.
     Detach,
 }
-
-/// Why a file is no mesh.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ObjError {
-    /// Line from 1; 0 where the whole file is meant.
-    pub line: usize,
-    /// What is wrong there.
-    pub problem: Problem,
-}
-
-/// What is wrong with a line.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Problem {
-    /// A `v` with fewer than three coordinates.
-    FewCoordinates {
-        /// Coordinates that are there.
-        given: usize,
-    },
-    /// A coordinate that is no decimal number.
-    NotANumber {
-        /// The word.
-        word: String,
-    },
-    /// A coordinate that is NaN, infinite, or too large for a double.
-    NotFinite {
-        /// The word.
-        word: String,
-    },
-    /// A face corner that is not `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-    NotACorner {
-        /// The word.
-        word: String,
-    },
-    /// A corner with vertex index 0.
-    ZeroIndex,
-    /// A corner that names a vertex that is not there.
-    OutOfRange {
-        /// The index as written.
-        index: i64,
-        /// Vertices that it could name.
-        count: usize,
-    },
-    /// The file begins like UTF-16 text.
-    Utf16,
-    /// More vertices or corners than 32-bit indices can name.
-    TooLarge,
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Problem::FewCoordinates { given } => {
-                write!(f, "this vertex has {given} of its 3 coordinates; complete the line")
-            }
-            Problem::NotANumber { word } => write!(f, "'{word}' is not a decimal number; correct the coordinate"),
-            Problem::NotFinite { word } => {
-                write!(
-                    f,
-                    "the coordinate '{word}' is not finite; correct it or remove the vertex's faces and the vertex"
-                )
-            }
-            Problem::NotACorner { word } => {
-                write!(f, "'{word}' is not a face corner; write v, v/vt, v//vn or v/vt/vn with whole numbers")
-            }
-            Problem::ZeroIndex => write!(f, "vertex index 0; OBJ counts vertices from 1"),
-            Problem::OutOfRange { index, count } if *index > 0 => {
-                write!(
-                    f,
-                    "vertex index {index}, but the file has {count} vertices; correct the index or remove the face"
-                )
-            }
-            Problem::OutOfRange { index, count } => {
-                write!(
-                    f,
-                    "vertex index {index}, but only {count} vertices stand above this line; correct the index or remove the \
-                     face"
-                )
-            }
-            Problem::Utf16 => write!(f, "the file is UTF-16 text; save it as UTF-8 or ASCII"),
-            Problem::TooLarge => write!(f, "more than 4,294,967,294 vertices or corners; split the mesh"),
-        }
-    }
-}
-
-impl fmt::Display for ObjError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.line {
-            0 => self.problem.fmt(f),
-            line => write!(f, "line {line}: {}", self.problem),
-        }
-    }
-}
-
-impl std::error::Error for ObjError {}
 
 /// Reads the bytes of an OBJ file. A file without polygons gives a mesh without polygons. O(bytes).
 pub fn read(source: Vec<u8>) -> Result<ObjFile, ObjError> {
@@ -324,58 +231,6 @@ impl Reader {
 /// Words of a statement, its keyword included; counting stops at 4.
 fn words_left(text: &[u8]) -> usize {
     Words::new(text).take(4).count()
-}
-
-fn coordinate(word: &[u8]) -> Result<f64, Problem> {
-    let value: f64 = core::str::from_utf8(word)
-        .ok()
-        .and_then(|word| word.parse().ok())
-        .ok_or_else(|| Problem::NotANumber { word: shown(word) })?;
-    if value.is_finite() { Ok(value) } else { Err(Problem::NotFinite { word: shown(word) }) }
-}
-
-/// A missing second coordinate is 0; anything that is no number is no UV.
-fn texture(words: Words) -> DVec2 {
-    let mut uv = [f64::NAN, 0.0];
-    for (value, word) in uv.iter_mut().zip(words) {
-        *value = coordinate(word).unwrap_or(f64::NAN);
-    }
-    if uv.iter().all(|x| x.is_finite()) { DVec2::from(uv) } else { NO_UV }
-}
-
-/// `v`, `v/vt`, `v//vn`, `v/vt/vn`, empty fields allowed after the first.
-fn corner(word: &[u8]) -> Option<[Option<i64>; 3]> {
-    let mut fields = [None; 3];
-    for (used, field) in word.split(|b| *b == b'/').enumerate() {
-        *fields.get_mut(used)? = if field.is_empty() { None } else { Some(whole_number(field)?) };
-    }
-    fields[0].is_some().then_some(fields)
-}
-
-/// Whether `word` is a corner with a `vt` field, of a face, line or surface.
-pub(super) fn names_texture(word: &[u8]) -> bool {
-    corner(word).is_some_and(|fields| fields[1].is_some())
-}
-
-/// A decimal number with an optional sign; too large ones saturate, which no range admits.
-fn whole_number(word: &[u8]) -> Option<i64> {
-    let (negative, digits) = match word {
-        [b'-', digits @ ..] => (true, digits),
-        [b'+', digits @ ..] => (false, digits),
-        digits => (false, digits),
-    };
-    if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
-        return None;
-    }
-    let value = digits.iter().fold(0i64, |n, d| n.saturating_mul(10).saturating_add(i64::from(d - b'0')));
-    Some(if negative { -value } else { value })
-}
-
-/// A word of the file for a message: readable, and not longer than a line can bear.
-fn shown(word: &[u8]) -> String {
-    const LONGEST: usize = 40;
-    let text = String::from_utf8_lossy(&word[..word.len().min(LONGEST)]);
-    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
 /// Counts of what the user should know.

@@ -5,7 +5,8 @@
 //! `v/vt` or `v/vt/vn` with indices from 1; the blanks, joints and comments of a face's line stay.
 //! Each `vt` is the shortest decimal that reads back as the same double; values k / 2^24 read back exactly as floats too.
 
-use super::read::{EditKind, ObjFile, names_texture};
+use super::field::names_texture;
+use super::read::{EditKind, ObjFile};
 use super::statement::{Words, newline};
 use glam::DVec2;
 use std::collections::HashMap;

@@ -1,0 +1,66 @@
+//! Meshes from other files than OBJ; their atlas is written to an OBJ made from scratch.
+//!
+//! - [`ply`]: text and binary
+//! - [`stl`]: text and binary
+//! - [`gltf`]: `.glb`, and `.gltf` with its buffers
+
+pub mod gltf;
+pub mod ply;
+pub mod stl;
+
+use crate::mesh::Mesh;
+use core::fmt;
+
+/// A mesh that came without an OBJ around it.
+#[derive(Debug, Default)]
+pub struct Bare {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Lines of the OBJ that stand before a polygon: objects and materials. In order of polygons.
+    pub labels: Vec<(usize, String)>,
+    /// What was odd, in words for the user.
+    pub warnings: Vec<String>,
+}
+
+/// Why a file is no mesh.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FormatError {
+    /// Line from 1; 0 where the whole file is meant.
+    pub line: usize,
+    /// What is wrong, and what to do.
+    pub problem: String,
+}
+
+impl FormatError {
+    /// About no line in particular.
+    pub fn whole(problem: impl Into<String>) -> Self {
+        Self { line: 0, problem: problem.into() }
+    }
+}
+
+impl fmt::Display for FormatError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.line {
+            0 => f.write_str(&self.problem),
+            line => write!(f, "line {line}: {}", self.problem),
+        }
+    }
+}
+
+impl std::error::Error for FormatError {}
+
+/// Refuses what no stage can take: coordinates that are not finite, corners without a vertex.
+fn check(mesh: &Mesh) -> Result<(), FormatError> {
+    if let Some(v) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return Err(FormatError::whole(format!("vertex {v} (from 0) has a coordinate that is not finite; correct it")));
+    }
+    let count = mesh.positions.len();
+    if let Some(c) = mesh.corners.iter().position(|v| *v as usize >= count) {
+        let polygon = mesh.polygon_start.partition_point(|start| *start as usize <= c) - 1;
+        let vertex = mesh.corners[c];
+        let text =
+            format!("face {polygon} names vertex {vertex} (both from 0), but there are {count}; correct the face");
+        return Err(FormatError::whole(text));
+    }
+    Ok(())
+}
