@@ -138,7 +138,7 @@ pub struct ExposureRecord {
     pub visible_seam_len_norm: f64,
 }
 
-/// Measures a mesh named `name`; `resolution` as for [`seamwright_core::judge::measure::measure`]. Takes about 250
+/// Measures a mesh named `name`; `resolution` as for [`seamwright_core::judge::measure::measure`]. Takes about 260
 /// bytes a triangle, and four a texel.
 pub fn measure(
     name: &str,
