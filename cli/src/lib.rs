@@ -3,7 +3,7 @@
 //! - [`args`], [`commands`], [`failure`]: the command line, what it does, how it ends
 //! - [`load`], [`mesh`], [`obj`], [`formats`]: files to meshes and back
 //! - [`atlas`], [`hierarchy`], [`threads`]: core's pipeline with a desktop's memory, library and threads
-//! - [`progress`], [`report`], [`save`]: what people and scripts see, and outputs that appear whole or not at all
+//! - [`measure`], [`progress`], [`report`], [`save`]: what people and scripts see, and outputs that appear whole or not at all
 #![forbid(unsafe_code)]
 
 pub mod args;
@@ -13,6 +13,7 @@ pub mod failure;
 pub mod formats;
 pub mod hierarchy;
 pub mod load;
+pub mod measure;
 pub mod mesh;
 pub mod obj;
 pub mod progress;

@@ -1,5 +1,7 @@
 //! Shared helpers of the test suites.
 
+pub mod plain_obj;
+
 use glam::DVec3;
 
 /// Positions and fan triangles of an OBJ, equal positions joined, centred and scaled to a largest coordinate of 1. For

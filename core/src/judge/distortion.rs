@@ -230,14 +230,15 @@ fn collect_terms<'a>(terms: &'a mut [FaceTerms], mesh: UvMesh, areas: Areas, sou
     (&terms[..count], degenerate)
 }
 
-/// Mean over the corners of |angle in space - angle in UV|. The angle between parallel or empty sides is 0 or pi.
+/// Mean over the corners of |angle in space - angle in UV|. An empty side makes an angle of 0:
+/// adding 0 keeps a product of -0 from turning it into pi.
 fn angle_error(p: [DVec3; 3], q: [DVec2; 3]) -> f64 {
     let corner = |i: usize| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         let (a, b) = (p[j] - p[i], p[k] - p[i]);
         let (u, v) = (q[j] - q[i], q[k] - q[i]);
-        let solid = atan2(sqrt(a.cross(b).length_squared()), a.dot(b));
-        (solid - atan2(u.perp_dot(v).abs(), u.dot(v))).abs()
+        let solid = atan2(sqrt(a.cross(b).length_squared()), a.dot(b) + 0.0);
+        (solid - atan2(u.perp_dot(v).abs(), u.dot(v) + 0.0)).abs()
     };
     (corner(0) + corner(1) + corner(2)) / 3.0
 }
@@ -417,6 +418,18 @@ mod tests {
         assert!(d.symmetric_dirichlet.is_infinite());
         near(d.symmetric_dirichlet_finite, 4.0);
         assert_eq!((d.worst_area_ln.face, d.worst_dirichlet.face), (1, 1));
+    }
+
+    #[test]
+    fn a_face_with_two_uv_corners_at_one_point_has_no_angles_in_uv() {
+        // Found on a scanned model: 0 * -1 is -0, whose arc tangent is pi.
+        let (o, down) = (DVec2::ZERO, DVec2::splat(-1.0));
+        let mesh = UvMesh {
+            positions: &[DVec3::ZERO, DVec3::X, DVec3::Y],
+            triangles: &[[0, 1, 2]],
+            corner_uv: &[[o, o, down]],
+        };
+        near(judge(mesh).angle, core::f64::consts::FRAC_PI_3);
     }
 
     #[test]
