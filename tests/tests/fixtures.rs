@@ -95,3 +95,18 @@ fn every_part_is_labelled_and_in_as_many_pieces_as_it_should_be() {
         assert_eq!(check::facts(mesh, labels).label_pieces, fixture.pieces, "{}", fixture.name);
     }
 }
+
+#[test]
+fn versions_of_other_sizes_are_as_sound() {
+    let quadruped = ALL.iter().find(|fixture| fixture.name == "quadruped").expect("the quadruped");
+    for faces in [1_000, 3_000, 25_000] {
+        let (mesh, labels) = quadruped.build(faces);
+        let facts = check::facts(&mesh, &labels);
+        assert_eq!((facts.components, facts.euler), (1, 2), "{faces}");
+        assert!(mesh.faces.len().abs_diff(faces) < faces / 4, "{} faces for {faces}", mesh.faces.len());
+        // Horns of a thousand faces are three faces around: there they may touch.
+        assert!(faces < 3_000 || facts.least_angle > 12.0, "{faces}: {facts:?}");
+        let crossing = check::self_intersection(&mesh, digits(faces));
+        assert!(faces < 3_000 || crossing.is_none(), "{faces}: {crossing:?}");
+    }
+}

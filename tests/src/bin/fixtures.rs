@@ -1,7 +1,8 @@
 //! Writes the meshes of `fixtures/`, or larger versions of them for measuring.
 //!
 //! `fixtures [OUTDIR]` writes every committed file below OUTDIR (default `fixtures`).
-//! `fixtures [OUTDIR] --only NAME --faces N[,N...]` writes OUTDIR/NAME_N.obj and .seg with about N faces each.
+//! `fixtures [OUTDIR] --only NAME --faces N[,N...]` writes OUTDIR/NAME_N.obj and .seg with about N faces each. Below the
+//! committed size a fine surface is coarsened; where a limb is then three faces around, some may cross.
 
 use seamwright_tests::fixtures::{ALL, Fixture, broken};
 use std::path::{Path, PathBuf};
