@@ -155,14 +155,37 @@ fn no_import_of_core_points_up_or_sideways() {
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
+/// Names of the dependencies in a package's manifest, those of its tests included.
+fn dependencies(package: &str) -> BTreeSet<String> {
+    let manifest = fs::read_to_string(root().join(package).join("Cargo.toml")).expect("a manifest");
+    let mut in_section = false;
+    let mut names = BTreeSet::new();
+    for line in manifest.lines().map(str::trim) {
+        if line.starts_with('[') {
+            in_section = line.ends_with("dependencies]");
+        } else if in_section && line.contains('=') && !line.starts_with('#') {
+            let name = line.split(['.', '=', ' ']).next().unwrap_or("");
+            names.insert(name.trim_matches('"').to_string());
+        }
+    }
+    names
+}
+
 #[test]
 fn core_depends_on_the_allowed_crates_only() {
-    let manifest = fs::read_to_string(root().join("core/Cargo.toml")).expect("core/Cargo.toml");
-    let section = manifest.split("[dependencies]").nth(1).expect("a section of dependencies");
-    let section = section.split("\n[").next().unwrap_or("");
-    let names = section.lines().filter_map(|line| line.split(['.', '=', ' ']).next()).filter(|name| !name.is_empty());
-    let extra: BTreeSet<&str> = names.filter(|name| !CORE_CRATES.contains(name) && !name.starts_with('#')).collect();
+    let allowed = [CORE_CRATES, TEST_CRATES].concat();
+    let extra: Vec<String> =
+        dependencies("core").into_iter().filter(|name| !allowed.contains(&name.as_str())).collect();
     assert!(extra.is_empty(), "core/Cargo.toml: {extra:?}");
+}
+
+#[test]
+fn the_reason_of_every_dependency_is_written_down() {
+    let page = fs::read_to_string(root().join("docs/ARCHITECTURE.md")).expect("docs/ARCHITECTURE.md");
+    let unexplained = |name: &String| !name.starts_with("seamwright") && !page.contains(&format!("`{name}`"));
+    let names = ["core", "cli", "tests"].into_iter().flat_map(dependencies);
+    let missing: Vec<String> = names.filter(unexplained).collect();
+    assert!(missing.is_empty(), "docs/ARCHITECTURE.md does not say why: {missing:?}");
 }
 
 #[test]
