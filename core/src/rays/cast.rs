@@ -175,12 +175,7 @@ impl<'a> Scene<'a> {
 
 /// Copies a builder's tree depth first, siblings side by side and triangles in the order of the leaves, with checks;
 /// returns the number of nodes. The caller checks that every face came along once.
-fn copy_tree(
-    nodes: &mut [Node],
-    triangles: &mut [Triangle],
-    built: &[Node],
-    order: &[u32],
-) -> Result<usize, BvhError> {
+fn copy_tree(nodes: &mut [Node], triangles: &mut [Triangle], built: &[Node], order: &[u32]) -> Result<usize, BvhError> {
     if order.is_empty() {
         return Ok(0);
     }
@@ -331,44 +326,253 @@ pub(super) struct Meeting {
 }
 
 /// Where the ray meets the triangle. This function is the definition; packets only filter what they give to it.
+#[inline(always)]
 pub(super) fn meet(triangle: &Triangle, start: &Start, aim: &Aim) -> Option<Meeting> {
     let (z, x) = (aim.axis, NEXT[aim.axis]);
     let y = NEXT[x];
-    let local = triangle.corners.map(|p| {
+    let local = |p: &[f32; 3]| {
         let depth = (p[z] - start.point[z]) * aim.sign;
         [p[x] - start.point[x] - aim.slope[0] * depth, p[y] - start.point[y] - aim.slope[1] * depth, depth]
-    });
-    let [a, b, c] = local;
-    let weights = edge_functions(a, b, c);
-    if weights.iter().any(|w| *w < 0.0) && weights.iter().any(|w| *w > 0.0) {
-        return None;
+    };
+    let (a, b, c) = (local(&triangle.corners[0]), local(&triangle.corners[1]), local(&triangle.corners[2]));
+    let weights = [cross(b, c), cross(c, a), cross(a, b)];
+    if of_both_signs(weights) { None } else { meet_inside(triangle, [a, b, c], weights, start, aim) }
+}
+
+#[inline(always)]
+fn of_both_signs([u, v, w]: [f32; 3]) -> bool {
+    min(min(u, v), w) < 0.0 && max(max(u, v), w) > 0.0
+}
+
+/// The rest of [`meet`], for few triangles. Where f32 gives an edge function of zero, f64 decides the sign: its
+/// products are exact.
+#[inline(never)]
+fn meet_inside(
+    triangle: &Triangle,
+    [a, b, c]: [[f32; 3]; 3],
+    mut weights: [f32; 3],
+    start: &Start,
+    aim: &Aim,
+) -> Option<Meeting> {
+    if weights.contains(&0.0) {
+        weights = [exact(b, c), exact(c, a), exact(a, b)];
+        if of_both_signs(weights) {
+            return None;
+        }
     }
     let area = weights[0] + weights[1] + weights[2];
     let depth = (weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2]) / area;
-    // Also false where the area is zero.
-    if !(depth > 0.0) {
+    let ahead = depth > 0.0; // false for NaN, where the area is zero
+    if !ahead {
         return None;
     }
     let bounds = Bounds::of(&triangle.corners);
     let own_box = Node { low: bounds.low, high: bounds.high, ..Node::default() };
     let (near, far) = interval(&own_box, start, aim)?;
-    Some(Meeting { depth: min(max(depth, near), far), face: triangle.face, weights: weights.map(|w| w / area) })
+    Some(Meeting {
+        depth: min(max(depth, near), far),
+        face: triangle.face,
+        weights: [weights[0] / area, weights[1] / area, weights[2] / area],
+    })
 }
 
-/// Twice the signed areas of the three parts in which the ray cuts the sheared triangle. Where f32 gives a zero, f64
-/// decides the sign: its products are exact.
-#[inline(always)]
-fn edge_functions(a: [f32; 3], b: [f32; 3], c: [f32; 3]) -> [f32; 3] {
-    let weights = [cross(b, c), cross(c, a), cross(a, b)];
-    if weights.contains(&0.0) { [exact(b, c), exact(c, a), exact(a, b)] } else { weights }
-}
-
+/// Twice the signed area between the ray and an edge.
 #[inline(always)]
 fn cross(p: [f32; 3], q: [f32; 3]) -> f32 {
     q[0] * p[1] - q[1] * p[0]
 }
 
-#[cold]
 fn exact(p: [f32; 3], q: [f32; 3]) -> f32 {
     (q[0] as f64 * p[1] as f64 - q[1] as f64 * p[0] as f64) as f32
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::base::random::unit_f32;
+    use crate::base::scratch::ScratchTooSmall;
+    use crate::rays::binned::BinnedBuilder;
+    use std::{boxed::Box, vec, vec::Vec};
+
+    /// A scene over leaked memory: tests are short.
+    pub fn scene_with(
+        positions: &[Vec3],
+        faces: &[[u32; 3]],
+        builder: &dyn BuildBvh,
+    ) -> Result<Scene<'static>, BvhError> {
+        let bytes: &'static mut [u8] = Box::leak(vec![0u8; Scene::need(faces.len(), builder)].into_boxed_slice());
+        Scene::new(positions, faces, builder, &mut Scratch::new(bytes))
+    }
+
+    pub fn scene(positions: &[Vec3], faces: &[[u32; 3]]) -> Scene<'static> {
+        scene_with(positions, faces, &BinnedBuilder).unwrap()
+    }
+
+    /// A bumpy sheet of n x n quads over the unit square, two stray triangles and one without area.
+    pub fn terrain(n: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let mut positions: Vec<_> = (0..(n + 1) * (n + 1))
+            .map(|i| {
+                Vec3::new(
+                    (i % (n + 1)) as f32 / n as f32,
+                    (i / (n + 1)) as f32 / n as f32,
+                    0.2 * unit_f32(5, 0, i as u64),
+                )
+            })
+            .collect();
+        let mut faces: Vec<_> = (0..n * n)
+            .flat_map(|q| {
+                let a = q / n * (n + 1) + q % n;
+                [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]
+            })
+            .collect();
+        positions.extend([Vec3::new(0.2, 0.2, 0.5), Vec3::new(0.9, 0.1, 0.6), Vec3::new(0.3, 0.8, 0.4)]);
+        let k = (n + 1) * (n + 1);
+        faces.extend([[k, k + 1, k + 2], [k, k + 1, k + 2], [k, k, k + 1]]);
+        (positions, faces)
+    }
+
+    /// Rays at random, along the axes, and exactly at vertices and along edges' planes.
+    pub fn rays(positions: &[Vec3], faces: &[[u32; 3]], count: u64) -> Vec<Ray> {
+        let random = |stream: u64, i: u64| Vec3::from_array([0, 1, 2].map(|k| unit_f32(stream, k, i)));
+        (0..count)
+            .map(|i| {
+                let face = faces[i as usize % faces.len()].map(|v| positions[v as usize]);
+                let origin = random(1, i) * 2.0 - 0.5;
+                let target = match i % 4 {
+                    0 => random(2, i),
+                    1 => face[0],
+                    2 => (face[0] + face[1]) * 0.5,
+                    _ => origin + [Vec3::X, Vec3::NEG_Z, Vec3::new(-1.0, 1.0, 0.0)][i as usize / 4 % 3],
+                };
+                Ray { origin, direction: target - origin }
+            })
+            .collect()
+    }
+
+    pub fn brute(scene: &Scene, ray: &Ray) -> Option<Hit> {
+        let aim = Aim::new(ray.direction)?;
+        let start = Start::new(ray.origin, scene.reach());
+        let mut all: Vec<_> = scene.triangles.iter().filter_map(|t| meet(t, &start, &aim)).collect();
+        all.sort_by(|a, b| a.depth.total_cmp(&b.depth).then(a.face.cmp(&b.face)));
+        all.first().map(|m| Hit { distance: m.depth / aim.length, face: m.face, weights: m.weights })
+    }
+
+    #[test]
+    fn the_tree_finds_what_a_loop_over_all_triangles_finds() {
+        let (positions, faces) = terrain(20);
+        let scene = scene(&positions, &faces);
+        let rays = rays(&positions, &faces, 6000);
+        let hits = rays.iter().filter(|r| scene.closest(r).is_some()).count();
+        assert!((1500..5500).contains(&hits), "{hits}");
+        for ray in &rays {
+            assert_eq!(scene.closest(ray), brute(&scene, ray), "{ray:?}");
+            assert_eq!(scene.occluded(ray), brute(&scene, ray).is_some(), "{ray:?}");
+        }
+    }
+
+    #[test]
+    fn no_ray_slips_between_faces_that_share_an_edge() {
+        // Straight down and aslant at every vertex and edge of the sheet's inside.
+        let (positions, faces) = terrain(12);
+        let scene = scene(&positions, &faces[..288]);
+        for (i, face) in faces[..288].iter().enumerate() {
+            let [a, b, _] = face.map(|v| positions[v as usize]);
+            for target in [a, (a + b) * 0.5, a.lerp(b, 0.3)] {
+                if target.x.min(target.y) > 0.0 && target.x.max(target.y) < 1.0 {
+                    for side in [Vec3::ZERO, Vec3::new(0.1, 0.07, 0.0), Vec3::new(0.3, -0.2, 0.0)] {
+                        let origin = target + Vec3::Z + side;
+                        assert!(scene.occluded(&Ray { origin, direction: target - origin }), "face {i}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn distances_and_weights_name_the_same_point() {
+        let (positions, faces) = terrain(20);
+        let scene = scene(&positions, &faces);
+        for ray in rays(&positions, &faces, 1000).iter().filter(|r| r.direction.z.abs() > 0.5) {
+            if let Some(hit) = scene.closest(ray) {
+                let corners = faces[hit.face as usize].map(|v| positions[v as usize]);
+                let point = corners[0] * hit.weights[0] + corners[1] * hit.weights[1] + corners[2] * hit.weights[2];
+                // Coordinates up to 2 with some ten roundings, times the slant of steep faces.
+                assert!(point.distance(ray.origin + ray.direction * hit.distance) < 2e-5, "{ray:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn of_two_equal_faces_the_lower_is_hit() {
+        let positions = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let scene = scene(&positions, &[[1, 1, 1], [0, 1, 2], [0, 1, 2]]);
+        let hit = scene.closest(&Ray { origin: Vec3::new(0.2, 0.2, 2.0), direction: -Vec3::Z }).unwrap();
+        assert_eq!((hit.face, hit.distance), (1, 2.0));
+    }
+
+    #[test]
+    fn nothing_is_hit_in_an_empty_mesh_or_along_no_direction() {
+        let ray = Ray { origin: Vec3::Z, direction: -Vec3::Z };
+        assert_eq!(scene(&[], &[]).closest(&ray), None);
+        let full = scene(&[Vec3::ZERO, Vec3::X, Vec3::Y], &[[0, 1, 2]]);
+        for direction in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY] {
+            assert_eq!(full.closest(&Ray { direction, ..ray }), None);
+            assert!(!full.occluded(&Ray { direction, ..ray }));
+        }
+    }
+
+    #[test]
+    fn coordinates_that_are_not_numbers_do_no_harm() {
+        let positions = [Vec3::NAN, Vec3::X, Vec3::Y, Vec3::INFINITY];
+        let scene = scene(&positions, &[[0, 1, 2], [3, 1, 2], [3, 0, 0]]);
+        let ray = Ray { origin: Vec3::Z, direction: Vec3::new(0.1, 0.2, -1.0) };
+        let _ = (scene.closest(&ray), scene.occluded_count(ray.origin, &[ray.direction; 9]));
+    }
+
+    /// A builder that hands out a given tree.
+    struct Given(Vec<Node>, Vec<u32>);
+    impl BuildBvh for Given {
+        fn need(&self, _: usize) -> usize {
+            0
+        }
+        fn build(
+            &self,
+            nodes: &mut [Node],
+            order: &mut [u32],
+            _: &[Vec3],
+            _: &[[u32; 3]],
+            _: Scratch,
+        ) -> Result<usize, ScratchTooSmall> {
+            nodes[..self.0.len()].copy_from_slice(&self.0);
+            order.copy_from_slice(&self.1);
+            Ok(self.0.len())
+        }
+    }
+
+    #[test]
+    fn a_broken_tree_is_refused() {
+        let node = |first, count| Node { first, count, ..Node::default() };
+        let try_tree = |nodes: &[Node], order: &[u32]| {
+            let faces = vec![[0, 1, 2]; order.len()];
+            scene_with(&[Vec3::ZERO, Vec3::X, Vec3::Y], &faces, &Given(nodes.into(), order.into())).map(|_| ())
+        };
+        assert_eq!(try_tree(&[node(1, 0), node(0, 1), node(1, 1)], &[1, 0]), Ok(()));
+        assert_eq!(try_tree(&[node(0, 0)], &[0, 1]), Err(BvhError::BadNode { node: 0 })); // its own child
+        assert_eq!(try_tree(&[node(1, 0), node(0, 3), node(1, 1)], &[0, 1]), Err(BvhError::BadNode { node: 1 }));
+        assert_eq!(try_tree(&[node(7, 0)], &[0, 1]), Err(BvhError::BadNode { node: 7 }));
+        assert_eq!(try_tree(&[node(0, 1)], &[0, 1]), Err(BvhError::BadOrder { face: 1 }));
+        assert_eq!(try_tree(&[node(0, 2)], &[0, 0]), Err(BvhError::BadOrder { face: 0 }));
+        assert_eq!(try_tree(&[node(0, 2)], &[0, 9]), Err(BvhError::BadOrder { face: 9 }));
+        let chain: Vec<_> = (0..200).map(|i| if i % 2 == 0 { node(i + 1, 0) } else { node(i / 2, 1) }).collect();
+        assert_eq!(try_tree(&chain, &(0..100).collect::<Vec<_>>()), Err(BvhError::TooDeep));
+    }
+
+    #[test]
+    fn a_face_of_missing_vertices_and_too_little_scratch_are_refused() {
+        let result = scene_with(&[Vec3::ZERO; 2], &[[0, 1, 0], [0, 1, 2]], &BinnedBuilder);
+        assert_eq!(result.map(|_| ()), Err(BvhError::BadFace { face: 1 }));
+        let mut bytes = vec![0u8; Scene::need(1, &BinnedBuilder) - 1];
+        let result = Scene::new(&[Vec3::ZERO], &[[0, 0, 0]], &BinnedBuilder, &mut Scratch::new(&mut bytes));
+        assert!(matches!(result, Err(BvhError::Scratch(_))));
+    }
 }

@@ -55,12 +55,7 @@ pub(super) fn collapse(wide: &mut [WideNode], nodes: &[Node]) -> usize {
             }
         }
         let out = &mut wide[to as usize];
-        *out = WideNode {
-            low: [[f32::NAN; WIDE]; 3],
-            high: [[f32::NAN; WIDE]; 3],
-            first: [0; WIDE],
-            count: [0; WIDE],
-        };
+        *out = WideNode { low: [[f32::NAN; WIDE]; 3], high: [[f32::NAN; WIDE]; 3], first: [0; WIDE], count: [0; WIDE] };
         for (i, &child) in children.iter().enumerate() {
             let node = &nodes[child as usize];
             for k in 0..3 {

@@ -1,0 +1,4 @@
+//! The command's parts, as modules that its tests and benches reach.
+#![warn(missing_docs)]
+
+pub mod hierarchy;
