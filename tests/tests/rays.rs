@@ -15,7 +15,7 @@ fn bumpy_ball(n: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let mut positions = vec![];
     for i in 0..=n {
         for j in 0..2 * n {
-            let (a, b) = ((i as f32 / n as f32) * 3.14, (j as f32 / n as f32) * std::f32::consts::PI);
+            let (a, b) = ((i as f32 / n as f32) * std::f32::consts::PI, (j as f32 / n as f32) * std::f32::consts::PI);
             let r = 0.4 + 0.1 * unit_f32(1, 2, (i * 2 * n + j) as u64);
             positions.push(Vec3::new(a.sin() * b.cos(), a.sin() * b.sin(), a.cos()) * r);
         }
