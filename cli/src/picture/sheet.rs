@@ -253,6 +253,15 @@ mod tests {
         uv[3] = [uv[1][1], uv[1][0], uv[1][2]];
         let drawn = atlas::draw(&Surface::new(&mesh(Some(&uv))), 64, &Serial);
         assert!(drawn.overlap > 0.9);
+        let flipped = |uv: &[[DVec2; 3]]| {
+            let surface = Surface { chart: vec![0, 0, 1, 1], chart_count: 2, ..Surface::new(&mesh(Some(uv))) };
+            atlas::draw(&surface, 64, &Serial).flipped
+        };
+        uv[2] = [DVec2::new(0.5, 0.5), DVec2::new(0.9, 0.5), DVec2::new(0.9, 0.9)];
+        uv[3] = [DVec2::new(0.5, 0.9), DVec2::new(0.6, 0.9), DVec2::new(0.6, 1.0)];
+        assert_eq!(flipped(&uv), 0);
+        uv[3].swap(0, 1);
+        assert_eq!(flipped(&uv), 1);
     }
 
     #[test]

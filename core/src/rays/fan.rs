@@ -3,7 +3,7 @@
 //! Rays are sorted into the six sides of the cube around the point, so that a packet of eight shares the axis of its
 //! shear. A pyramid around the packet is tested against eight boxes of a wide node at once, each box that it touches
 //! against the eight rays, and so is each triangle of a leaf; a ray that passes a triangle's edge functions goes
-//! through `cast::meet`, the definition of a hit. All tests but that one only filter, and never lose what it accepts:
+//! through `intersect::meet`, the definition of a hit. All tests but that one only filter, and never lose what it accepts:
 //! the answers are those of `Scene::occluded`.
 //! Rays that follow one another in the input should point in similar directions (see `directions`): it costs time if
 //! they do not, never correctness.
@@ -13,7 +13,8 @@
 //! a box 0.22, 5.9, not worth its second traversal.
 
 use super::bvh::{MAX_DEPTH, Node, max, min};
-use super::cast::{Aim, NEXT, Scene, Start, Triangle, inverse_slope, main_axis, meet};
+use super::cast::Scene;
+use super::intersect::{Aim, NEXT, Start, Triangle, inverse_slope, main_axis, meet};
 use super::lanes::{LANES, Lanes, Widest};
 use super::wide::WideNode;
 use glam::Vec3;
@@ -185,7 +186,7 @@ fn sort(packets: &mut [Packet; PACKETS], directions: &[Vec3]) -> [usize; SIDES +
     first
 }
 
-/// Whether any active ray is inside the padded box at some depth: `cast::interval` over lanes.
+/// Whether any active ray is inside the padded box at some depth: `intersect::interval` over lanes.
 #[inline(always)]
 fn enters<L: Lanes, const AXIS: usize>(node: &Node, start: &Start, sign: f32, packet: &Packet) -> bool {
     let (z, x) = (AXIS, NEXT[AXIS]);
