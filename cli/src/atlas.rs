@@ -1,7 +1,7 @@
 //! Core's pipeline with the memory, threads and library that a desktop has.
 
 use crate::failure::Failure;
-use crate::hierarchy::Obvhs;
+use crate::hierarchy::ObvhsBuilder;
 use crate::load::Loaded;
 use crate::mesh::Mesh;
 use crate::progress::{Reporter, stop_requested};
@@ -38,13 +38,13 @@ pub fn make(
         kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
     };
     let mut atlas = empty(mesh);
-    let mut memory = memory(unwrap_need(&input, settings, &Obvhs))?;
+    let mut memory = memory(unwrap_need(&input, settings, &ObvhsBuilder))?;
     let output = Output {
         corner_uv: &mut atlas.corner_uv,
         polygon_chart: &mut atlas.polygon_chart,
         exposure: &mut atlas.exposure,
     };
-    let result = unwrap(output, &input, settings, &Obvhs, Scratch::new(&mut memory), workers, progress);
+    let result = unwrap(output, &input, settings, &ObvhsBuilder, Scratch::new(&mut memory), workers, progress);
     atlas.report = result.map_err(|e| failure(loaded, e))?;
     if stop_requested() { Err(Failure::Stopped) } else { Ok(atlas) }
 }
