@@ -5,6 +5,8 @@ pub mod energy;
 pub mod flatten;
 pub mod relax;
 pub mod seams;
+pub mod slide;
 pub mod sparse;
 pub mod split;
 pub mod surface;
+pub mod transfer;

@@ -1,0 +1,392 @@
+//! Decimation: a coarse mesh on a subset of the vertices, by half-edge collapses of least quadric error.
+//!
+//! Garland, Heckbert 1997, with planes across border edges; only vertices of the mesh are kept, where they are. Each
+//! vertex stands in one heap with its cheapest allowed collapse. A collapse is allowed where the link condition holds on
+//! the surface with its holes capped (Dey et al. 1999), no face turns over and no sliver arises.
+//! Guarantee: an oriented manifold stays one, and so do its genus, its components and its border loops. The answer holds
+//! the collapses in order, so that what is found on the coarse mesh can be carried back (`atlas::transfer`).
+//! Limits: a vertex that is the tip of two fans stays, and so do its neighbours' edges to it. Where no collapse is allowed
+//! any more, the target is missed; the summary says so.
+
+use super::collapse::{Collapse, CornerTable, fan};
+use super::quadric::Quadric;
+use super::view::{MeshView, NONE, next, prev};
+use crate::base::heap::Heap;
+use crate::base::real::sqrt;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use glam::DVec3;
+
+/// Weight of a border plane against that of a face as large as the square of the edge.
+const BORDER: f64 = 10.0;
+/// Weight of squared edge length against squared distance. 1e-4 leaves long thin faces on cylinders, 1e-2 rounds off
+/// ears and fingers.
+const EVEN: f64 = 1e-3;
+/// A face may turn by this cosine at the most (78 degrees) in one collapse.
+const TURN: f64 = 0.2;
+/// No collapse may make a face of lower quality (1: equilateral), but where there was a worse one before.
+const SLIVER: f64 = 0.1;
+/// Vertices of more neighbours are not removed: their evaluation is quadratic. Their neighbours are, so that it passes.
+const HUB: usize = 64;
+
+/// What was reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Decimated {
+    /// Faces of the coarse mesh.
+    pub faces: usize,
+    /// Its vertices.
+    pub vertices: usize,
+    /// Collapses in the history.
+    pub collapses: usize,
+}
+
+/// Scratch bytes for [`decimate`]: about 95 a face.
+pub const fn decimate_need(vertices: usize, faces: usize) -> usize {
+    bytes_for::<u32>(3 * faces)
+        .saturating_add(bytes_for::<u8>(faces))
+        .saturating_add(bytes_for::<Quadric>(vertices))
+        .saturating_add(4 * bytes_for::<u32>(vertices))
+        .saturating_add(bytes_for::<Collapse>(vertices))
+        .saturating_add(2 * bytes_for::<f64>(vertices))
+}
+
+/// Collapses edges until at most `target` faces are left, or no collapse is allowed.
+///
+/// `mesh` is an oriented manifold in the unit box, `twin` its adjacency. Of `faces` (as long as the mesh's), `vertex`
+/// and `history` (one entry a vertex of the mesh) the leading entries hold the answer, as many as the summary says: the
+/// coarse faces, in the order of the faces they were; for each coarse vertex the vertex it is, rising; the collapses.
+/// Vertices without faces are left out. A point that is not a number stays where it is. Cost: O(n log n).
+pub fn decimate(
+    faces: &mut [[u32; 3]],
+    vertex: &mut [u32],
+    history: &mut [Collapse],
+    mesh: MeshView,
+    twin: &[u32],
+    target: usize,
+    mut scratch: Scratch,
+) -> Result<Decimated, ScratchTooSmall> {
+    let n = mesh.positions.len();
+    scratch.require(decimate_need(n, mesh.faces.len()))?;
+    faces.copy_from_slice(mesh.faces);
+    let working_twin = scratch.take::<u32>(3 * faces.len())?;
+    working_twin.copy_from_slice(twin);
+    let dead = scratch.take::<u8>(faces.len())?;
+    let mut work = Work {
+        positions: mesh.positions,
+        table: CornerTable { faces, twin: working_twin },
+        corner: scratch.take_filled(n, NONE)?,
+        quadric: scratch.take(n)?,
+        stamp: scratch.take(n)?,
+        stamps: 0,
+        cost: scratch.take_filled(n, f64::INFINITY)?,
+        best: scratch.take(n)?,
+    };
+    work.find_fans();
+    work.sum_quadrics();
+    let mut heap = Heap::new(scratch.take(n)?, scratch.take(n)?, scratch.take(n)?);
+    for v in 0..n as u32 {
+        work.refresh(v, &mut heap);
+    }
+    let (mut live, mut collapses) = (mesh.faces.len(), 0);
+    while live > target
+        && let Some((u, at)) = heap.pop()
+    {
+        let now = work.cost[u as usize];
+        if at < now {
+            // The cost has risen since it was put in.
+            if now < f64::INFINITY {
+                heap.push(u, now);
+            }
+            continue;
+        }
+        let collapse = work.best[u as usize];
+        for side in collapse.sides(work.table.twin) {
+            dead[(side.apex / 3) as usize] = 1;
+            live -= 1;
+        }
+        history[collapses] = collapse;
+        collapses += 1;
+        let v = work.collapse(collapse);
+        work.refresh(v, &mut heap);
+        let start = work.corner[v as usize];
+        let mut around = Around::new(start);
+        while let Some(w) = around.next(&work.table) {
+            work.refresh(w, &mut heap);
+        }
+    }
+    let vertices = compact(work.table.faces, vertex, work.stamp, dead);
+    Ok(Decimated { faces: live, vertices, collapses })
+}
+
+/// Moves the live faces to the front and numbers their vertices; returns how many there are.
+fn compact(faces: &mut [[u32; 3]], vertex: &mut [u32], number: &mut [u32], dead: &[u8]) -> usize {
+    number.fill(NONE);
+    let mut live = 0;
+    for f in 0..faces.len() {
+        if dead[f] == 0 {
+            faces[live] = faces[f];
+            faces[f].iter().for_each(|v| number[*v as usize] = 0);
+            live += 1;
+        }
+    }
+    let mut count = 0;
+    for (v, number) in number.iter_mut().enumerate() {
+        if *number != NONE {
+            *number = count as u32;
+            vertex[count] = v as u32;
+            count += 1;
+        }
+    }
+    for face in &mut faces[..live] {
+        *face = face.map(|v| number[v as usize]);
+    }
+    count
+}
+
+/// Neighbours of a vertex, one at a time, without holding the table.
+struct Around {
+    start: u32,
+    at: u32,
+    last: u32,
+}
+
+impl Around {
+    /// From a vertex's own corner (on the border the one whose half-edge is the border).
+    fn new(start: u32) -> Self {
+        Self { start, at: start, last: NONE }
+    }
+
+    fn next(&mut self, table: &CornerTable) -> Option<u32> {
+        if self.at == NONE {
+            // Behind the last face of an open fan stands one neighbour more.
+            let last = core::mem::replace(&mut self.last, NONE);
+            return (last != NONE).then(|| table.vertex(prev(last)));
+        }
+        let c = self.at;
+        self.at = table.twin[prev(c) as usize];
+        if self.at == NONE {
+            self.last = c;
+        } else if self.at == self.start {
+            self.at = NONE;
+        }
+        Some(table.vertex(next(c)))
+    }
+}
+
+/// State of the collapses.
+struct Work<'a> {
+    positions: &'a [DVec3], // (n)
+    table: CornerTable<'a>,
+    corner: &'a mut [u32], // (n) a corner; on the border the one whose half-edge is the border; NONE: locked
+    quadric: &'a mut [Quadric], // (n)
+    stamp: &'a mut [u32],  // (n)
+    stamps: u32,
+    cost: &'a mut [f64],      // (n) of the best collapse, infinite without one
+    best: &'a mut [Collapse], // (n)
+}
+
+impl Work<'_> {
+    fn position(&self, v: u32) -> DVec3 {
+        self.positions[v as usize]
+    }
+
+    /// Finds each vertex's corner and locks the tips of several fans.
+    fn find_fans(&mut self) {
+        for c in 0..self.table.twin.len() as u32 {
+            let at = &mut self.corner[self.table.vertex(c) as usize];
+            if *at == NONE || self.table.twin[c as usize] == NONE {
+                *at = c;
+            }
+            self.stamp[self.table.vertex(c) as usize] += 1;
+        }
+        for (corner, count) in self.corner.iter_mut().zip(self.stamp.iter_mut()) {
+            if *corner != NONE && fan(self.table.twin, *corner).take(*count as usize + 1).count() != *count as usize {
+                *corner = NONE;
+            }
+            *count = 0;
+        }
+    }
+
+    /// Sums the planes of the faces, by area, and those across the border, at each vertex.
+    fn sum_quadrics(&mut self) {
+        for f in 0..self.table.faces.len() {
+            let face = self.table.faces[f];
+            let [a, b, c] = face.map(|v| self.position(v));
+            let normal = (b - a).cross(c - a);
+            let twice = sqrt(normal.dot(normal));
+            if twice.is_nan() || twice <= f64::MIN_POSITIVE {
+                continue;
+            }
+            let unit = normal / twice;
+            for v in face {
+                self.quadric[v as usize] += Quadric::plane(unit, a, 0.5 * twice);
+            }
+            for i in 0..3 {
+                if self.table.twin[3 * f + i] != NONE {
+                    continue;
+                }
+                let ends = [face[i], face[(i + 1) % 3]];
+                let along = self.position(ends[1]) - self.position(ends[0]);
+                let squared = along.dot(along);
+                let across = along.cross(unit) / sqrt(squared);
+                for v in ends {
+                    self.quadric[v as usize] += Quadric::plane(across, self.position(ends[0]), BORDER * squared);
+                }
+            }
+        }
+    }
+
+    /// Finds the best collapse of `u` again and puts it into the heap.
+    fn refresh(&mut self, u: u32, heap: &mut Heap) {
+        self.cost[u as usize] = f64::INFINITY;
+        let start = self.corner[u as usize];
+        if start == NONE {
+            return;
+        }
+        self.stamps += 1;
+        let mut valence = 0;
+        let mut around = Around::new(start);
+        while let Some(w) = around.next(&self.table) {
+            self.stamp[w as usize] = self.stamps;
+            valence += 1;
+        }
+        if valence > HUB {
+            return;
+        }
+        let (ring_area, worst) = self.ring(start);
+        let (mut least, mut best) = (f64::INFINITY, Collapse::default());
+        for (c, far) in self.candidates(start) {
+            let collapse = Collapse::new(c, far);
+            let [_, v] = self.table.ends(collapse);
+            if self.corner[v as usize] == NONE {
+                continue;
+            }
+            let (p, q) = (self.position(u), self.position(v));
+            let error = self.quadric[u as usize].at(q) + self.quadric[v as usize].at(q);
+            let bare = error + EVEN * ring_area * (p - q).dot(p - q);
+            // Quality is 1 at the most: no cost is below `bare`.
+            if bare < least
+                && self.keeps_topology(collapse, v)
+                && let Some(quality) = self.keeps_shape(collapse, q, worst)
+                && bare / quality < least
+            {
+                (least, best) = (bare / quality, collapse);
+            }
+        }
+        if least < f64::INFINITY {
+            self.cost[u as usize] = least;
+            self.best[u as usize] = best;
+            heap.push(u, least);
+        }
+    }
+
+    /// The edges along which the vertex with corner `start` may move: all, or, on the border, the two border edges.
+    fn candidates(&self, start: u32) -> impl Iterator<Item = (u32, bool)> + use<'_> {
+        let twin = &*self.table.twin;
+        let border = twin[start as usize] == NONE;
+        let inner = fan(twin, start).filter(move |_| !border).map(|c| (c, false));
+        let outer = fan(twin, start).filter(move |_| border).flat_map(move |c| {
+            let out = (twin[c as usize] == NONE).then_some((c, false));
+            let into = (twin[prev(c) as usize] == NONE).then_some((prev(c), true));
+            [out, into].into_iter().flatten()
+        });
+        inner.chain(outer)
+    }
+
+    /// Area and worst quality of the faces at a vertex.
+    fn ring(&self, start: u32) -> (f64, f64) {
+        let (mut area, mut worst) = (0.0, 1.0f64);
+        for c in fan(self.table.twin, start) {
+            let [a, b, c] = [c, next(c), prev(c)].map(|c| self.position(self.table.vertex(c)));
+            let normal = (b - a).cross(c - a);
+            area += 0.5 * sqrt(normal.dot(normal));
+            worst = worst.min(quality(a, b, c, normal));
+        }
+        (area, worst)
+    }
+
+    /// Link condition, with the neighbours of the removed vertex stamped.
+    fn keeps_topology(&self, collapse: Collapse, v: u32) -> bool {
+        let twin = &*self.table.twin;
+        let mut dying = 0;
+        for side in collapse.sides(twin) {
+            dying += 1;
+            // The third vertex would lose its last face.
+            if twin[side.kept_edge as usize] == NONE && twin[side.removed_edge as usize] == NONE {
+                return false;
+            }
+        }
+        let mut common = 0;
+        let mut around = Around::new(self.corner[v as usize]);
+        while let Some(w) = around.next(&self.table) {
+            common += usize::from(self.stamp[w as usize] == self.stamps);
+        }
+        // Two faces on the same three vertices would arise, as on a tetrahedron.
+        let doubles = |c: u32| {
+            let t = twin[next(c) as usize];
+            t != NONE && self.table.vertex(prev(t)) == v
+        };
+        common == dying && !fan(twin, collapse.side().removed).any(doubles)
+    }
+
+    /// Worst quality of the faces that `collapse` moves, once the removed vertex stands at `to`; `None` where one turns
+    /// over or becomes a sliver. `worst` is the worst quality before.
+    fn keeps_shape(&self, collapse: Collapse, to: DVec3, worst: f64) -> Option<f64> {
+        let twin = &*self.table.twin;
+        let mut least = 1.0f64;
+        for c in fan(twin, collapse.side().removed) {
+            if collapse.sides(twin).any(|side| side.apex / 3 == c / 3) {
+                continue;
+            }
+            let [a, b, c] = [c, next(c), prev(c)].map(|c| self.position(self.table.vertex(c)));
+            let (before, after) = ((b - a).cross(c - a), (b - to).cross(c - to));
+            let lengths = sqrt(before.dot(before) * after.dot(after));
+            let turned = before.dot(after) < TURN * lengths;
+            least = least.min(quality(to, b, c, after));
+            if turned || !(least > 0.0 && (least >= SLIVER || least > worst)) {
+                return None;
+            }
+        }
+        Some(least)
+    }
+
+    /// Collapses and returns the kept vertex.
+    fn collapse(&mut self, collapse: Collapse) -> u32 {
+        let [u, v] = self.table.ends(collapse);
+        self.table.apply(collapse);
+        let removed = self.quadric[u as usize];
+        self.quadric[v as usize] += removed;
+        self.corner[u as usize] = NONE;
+        let twin = &*self.table.twin;
+        let mut start = NONE;
+        for side in collapse.sides(twin) {
+            // Outside the dead face, both stand along one edge between the third vertex and the kept one.
+            for edge in [side.kept_edge, side.removed_edge] {
+                let t = twin[edge as usize];
+                if t == NONE {
+                    continue;
+                }
+                let apex = self.table.vertex(side.apex);
+                let (at_apex, at_v) = if self.table.vertex(t) == apex { (t, next(t)) } else { (next(t), t) };
+                start = at_v;
+                let corner = &mut self.corner[apex as usize];
+                if *corner != NONE {
+                    *corner = first_of_fan(twin, at_apex);
+                }
+            }
+        }
+        self.corner[v as usize] = first_of_fan(twin, start);
+        v
+    }
+}
+
+/// The corner of a fan whose half-edge is the border; any, where the fan is closed.
+fn first_of_fan(twin: &[u32], start: u32) -> u32 {
+    fan(twin, start).find(|c| twin[*c as usize] == NONE).unwrap_or(start)
+}
+
+/// 4 sqrt(3) area / sum of squared edges: 1 for an equilateral triangle, 0 for a flat one. `normal` is (b-a) x (c-a).
+fn quality(a: DVec3, b: DVec3, c: DVec3, normal: DVec3) -> f64 {
+    let squares = (b - a).dot(b - a) + (c - b).dot(c - b) + (a - c).dot(a - c);
+    let quality = 3.464_101_615_137_754_6 * sqrt(normal.dot(normal)) / squares;
+    if quality.is_nan() { 0.0 } else { quality.min(1.0) }
+}
