@@ -10,23 +10,19 @@
 
 use super::collapse::{Collapse, CornerTable, fan};
 use super::quadric::Quadric;
+use super::ring::{MOST, Ring};
 use super::view::{MeshView, NONE, next, prev};
 use crate::base::heap::Heap;
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use glam::DVec3;
+use heapless::Vec;
 
 /// Weight of a border plane against that of a face as large as the square of the edge.
 const BORDER: f64 = 10.0;
 /// Weight of squared edge length against squared distance. 1e-4 leaves long thin faces on cylinders, 1e-2 rounds off
 /// ears and fingers.
 const EVEN: f64 = 1e-3;
-/// A face may turn by this cosine at the most (78 degrees) in one collapse.
-const TURN: f64 = 0.2;
-/// No collapse may make a face of lower quality (1: equilateral), but where there was a worse one before.
-const SLIVER: f64 = 0.1;
-/// Vertices of more neighbours are not removed: their evaluation is quadratic. Their neighbours are, so that it passes.
-const HUB: usize = 64;
 
 /// What was reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -242,35 +238,28 @@ impl Work<'_> {
         if start == NONE {
             return;
         }
+        let Some(ring) = Ring::new(self.positions, &self.table, start) else { return };
         self.stamps += 1;
-        let mut valence = 0;
-        let mut around = Around::new(start);
-        while let Some(w) = around.next(&self.table) {
-            self.stamp[w as usize] = self.stamps;
-            valence += 1;
+        ring.vertex.iter().for_each(|w| self.stamp[*w as usize] = self.stamps);
+        let (from, own) = (self.position(u), self.quadric[u as usize]);
+        let mut bare = Vec::<f64, { MOST + 1 }>::new();
+        for (v, to) in ring.vertex.iter().zip(&ring.point) {
+            let error = own.at(*to) + self.quadric[*v as usize].at(*to);
+            // As many as neighbours: there is room.
+            let _ = bare.push(error + EVEN * ring.area * (*to - from).dot(*to - from));
         }
-        if valence > HUB {
-            return;
-        }
-        let (ring_area, worst) = self.ring(start);
         let (mut least, mut best) = (f64::INFINITY, Collapse::default());
-        for (c, far) in self.candidates(start) {
-            let collapse = Collapse::new(c, far);
-            let [_, v] = self.table.ends(collapse);
-            if self.corner[v as usize] == NONE {
-                continue;
-            }
-            let (p, q) = (self.position(u), self.position(v));
-            let error = self.quadric[u as usize].at(q) + self.quadric[v as usize].at(q);
-            let bare = error + EVEN * ring_area * (p - q).dot(p - q);
-            // Quality is 1 at the most: no cost is below `bare`.
-            if bare < least
-                && self.keeps_topology(collapse, v)
-                && let Some(quality) = self.keeps_shape(collapse, q, worst)
-                && bare / quality < least
+        // Cheapest first: quality is 1 at the most, so no cost is below the bare one.
+        while let Some(i) = least_below(&bare, least) {
+            if let Some(collapse) = ring.collapse(i)
+                && self.keeps_topology(collapse, ring.vertex[i])
+                && !ring.doubles(&self.table, i)
+                && let Some(quality) = ring.quality_at(i)
+                && bare[i] / quality < least
             {
-                (least, best) = (bare / quality, collapse);
+                (least, best) = (bare[i] / quality, collapse);
             }
+            bare[i] = f64::INFINITY;
         }
         if least < f64::INFINITY {
             self.cost[u as usize] = least;
@@ -279,34 +268,12 @@ impl Work<'_> {
         }
     }
 
-    /// The edges along which the vertex with corner `start` may move: all, or, on the border, the two border edges.
-    fn candidates(&self, start: u32) -> impl Iterator<Item = (u32, bool)> + use<'_> {
-        let twin = &*self.table.twin;
-        let border = twin[start as usize] == NONE;
-        let inner = fan(twin, start).filter(move |_| !border).map(|c| (c, false));
-        let outer = fan(twin, start).filter(move |_| border).flat_map(move |c| {
-            let out = (twin[c as usize] == NONE).then_some((c, false));
-            let into = (twin[prev(c) as usize] == NONE).then_some((prev(c), true));
-            [out, into].into_iter().flatten()
-        });
-        inner.chain(outer)
-    }
-
-    /// Area and worst quality of the faces at a vertex.
-    fn ring(&self, start: u32) -> (f64, f64) {
-        let (mut area, mut worst) = (0.0, 1.0f64);
-        for c in fan(self.table.twin, start) {
-            let [a, b, c] = [c, next(c), prev(c)].map(|c| self.position(self.table.vertex(c)));
-            let normal = (b - a).cross(c - a);
-            area += 0.5 * sqrt(normal.dot(normal));
-            worst = worst.min(quality(a, b, c, normal));
-        }
-        (area, worst)
-    }
-
-    /// Link condition, with the neighbours of the removed vertex stamped.
+    /// Link condition of a collapse onto `v`, with the neighbours of the removed vertex stamped.
     fn keeps_topology(&self, collapse: Collapse, v: u32) -> bool {
         let twin = &*self.table.twin;
+        if self.corner[v as usize] == NONE {
+            return false;
+        }
         let mut dying = 0;
         for side in collapse.sides(twin) {
             dying += 1;
@@ -320,33 +287,7 @@ impl Work<'_> {
         while let Some(w) = around.next(&self.table) {
             common += usize::from(self.stamp[w as usize] == self.stamps);
         }
-        // Two faces on the same three vertices would arise, as on a tetrahedron.
-        let doubles = |c: u32| {
-            let t = twin[next(c) as usize];
-            t != NONE && self.table.vertex(prev(t)) == v
-        };
-        common == dying && !fan(twin, collapse.side().removed).any(doubles)
-    }
-
-    /// Worst quality of the faces that `collapse` moves, once the removed vertex stands at `to`; `None` where one turns
-    /// over or becomes a sliver. `worst` is the worst quality before.
-    fn keeps_shape(&self, collapse: Collapse, to: DVec3, worst: f64) -> Option<f64> {
-        let twin = &*self.table.twin;
-        let mut least = 1.0f64;
-        for c in fan(twin, collapse.side().removed) {
-            if collapse.sides(twin).any(|side| side.apex / 3 == c / 3) {
-                continue;
-            }
-            let [a, b, c] = [c, next(c), prev(c)].map(|c| self.position(self.table.vertex(c)));
-            let (before, after) = ((b - a).cross(c - a), (b - to).cross(c - to));
-            let lengths = sqrt(before.dot(before) * after.dot(after));
-            let turned = before.dot(after) < TURN * lengths;
-            least = least.min(quality(to, b, c, after));
-            if turned || !(least > 0.0 && (least >= SLIVER || least > worst)) {
-                return None;
-            }
-        }
-        Some(least)
+        common == dying
     }
 
     /// Collapses and returns the kept vertex.
@@ -384,9 +325,14 @@ fn first_of_fan(twin: &[u32], start: u32) -> u32 {
     fan(twin, start).find(|c| twin[*c as usize] == NONE).unwrap_or(start)
 }
 
-/// 4 sqrt(3) area / sum of squared edges: 1 for an equilateral triangle, 0 for a flat one. `normal` is (b-a) x (c-a).
-fn quality(a: DVec3, b: DVec3, c: DVec3, normal: DVec3) -> f64 {
-    let squares = (b - a).dot(b - a) + (c - b).dot(c - b) + (a - c).dot(a - c);
-    let quality = 3.464_101_615_137_754_6 * sqrt(normal.dot(normal)) / squares;
-    if quality.is_nan() { 0.0 } else { quality.min(1.0) }
+/// Place of the least value below `bound`; ties go to the first.
+fn least_below(values: &[f64], bound: f64) -> Option<usize> {
+    let mut least = bound;
+    let mut found = None;
+    for (i, value) in values.iter().enumerate() {
+        if *value < least {
+            (least, found) = (*value, Some(i));
+        }
+    }
+    found
 }

@@ -5,5 +5,6 @@ pub mod decimate;
 pub mod grid;
 pub mod overlap;
 pub mod quadric;
+pub mod ring;
 pub mod topology;
 pub mod view;
