@@ -252,10 +252,10 @@ impl Work<'_> {
         // Cheapest first: quality is 1 at the most, so no cost is below the bare one.
         while let Some(i) = least_below(&bare, least) {
             if let Some(collapse) = ring.collapse(i)
-                && self.keeps_topology(collapse, ring.vertex[i])
-                && !ring.doubles(&self.table, i)
                 && let Some(quality) = ring.quality_at(i)
                 && bare[i] / quality < least
+                && self.keeps_topology(collapse, ring.vertex[i])
+                && !ring.doubles(&self.table, i)
             {
                 (least, best) = (bare[i] / quality, collapse);
             }
