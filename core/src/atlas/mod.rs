@@ -3,6 +3,7 @@
 pub mod cut;
 pub mod energy;
 pub mod flatten;
+pub mod proxy;
 pub mod relax;
 pub mod seams;
 pub mod slide;
