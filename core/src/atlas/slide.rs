@@ -34,7 +34,7 @@ pub struct Slides {
 /// Scratch bytes for [`slide`].
 pub const fn slide_need(vertices: usize, faces: usize) -> usize {
     let n = vertices;
-    (2 * bytes_for::<u8>(n))
+    bytes_for::<u8>(n)
         .saturating_add(5 * bytes_for::<u32>(n))
         .saturating_add(3 * bytes_for::<f64>(n))
         .saturating_add(bytes_for::<u8>(3 * faces))

@@ -35,7 +35,7 @@ pub struct Decimated {
     pub collapses: usize,
 }
 
-/// Scratch bytes for [`decimate`]: about 95 a face.
+/// Scratch bytes for [`decimate`]: about 70 a face.
 pub const fn decimate_need(vertices: usize, faces: usize) -> usize {
     bytes_for::<u32>(3 * faces)
         .saturating_add(bytes_for::<u8>(faces))
