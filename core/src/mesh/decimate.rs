@@ -1,8 +1,9 @@
 //! Decimation: a coarse mesh on a subset of the vertices, by half-edge collapses of least quadric error.
 //!
 //! Garland, Heckbert 1997, with planes across border edges; only vertices of the mesh are kept, where they are. Each
-//! vertex stands in one heap with its cheapest allowed collapse. A collapse is allowed where the link condition holds on
-//! the surface with its holes capped (Dey et al. 1999), no face turns over and no sliver arises.
+//! vertex stands in one heap with its cheapest allowed collapse; one whose surroundings have changed is looked at again
+//! when it comes up. A collapse is allowed where the link condition holds on the surface with its holes capped (Dey et
+//! al. 1999), no face turns over and no sliver arises.
 //! Guarantee: an oriented manifold stays one, and so do its genus, its components and its border loops. The answer holds
 //! the collapses in order, so that what is found on the coarse mesh can be carried back (`atlas::transfer`).
 //! Limits: a vertex that is the tip of two fans stays, and so do its neighbours' edges to it. Where no collapse is allowed
@@ -24,6 +25,11 @@ const BORDER: f64 = 10.0;
 /// ears and fingers.
 const EVEN: f64 = 1e-3;
 
+/// Where a vertex stands: not in the heap, in it with its best collapse, or in it with one that has to be found again.
+const OUT: u8 = 0;
+const FRESH: u8 = 1;
+const STALE: u8 = 2;
+
 /// What was reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Decimated {
@@ -42,7 +48,8 @@ pub const fn decimate_need(vertices: usize, faces: usize) -> usize {
         .saturating_add(bytes_for::<Quadric>(vertices))
         .saturating_add(4 * bytes_for::<u32>(vertices))
         .saturating_add(bytes_for::<Collapse>(vertices))
-        .saturating_add(2 * bytes_for::<f64>(vertices))
+        .saturating_add(bytes_for::<f64>(vertices))
+        .saturating_add(bytes_for::<u8>(vertices))
 }
 
 /// Collapses edges until at most `target` faces are left, or no collapse is allowed.
@@ -73,27 +80,25 @@ pub fn decimate(
         quadric: scratch.take(n)?,
         stamp: scratch.take(n)?,
         stamps: 0,
-        cost: scratch.take_filled(n, f64::INFINITY)?,
+        state: scratch.take(n)?,
         best: scratch.take(n)?,
     };
     work.find_fans();
     work.sum_quadrics();
     let mut heap = Heap::new(scratch.take(n)?, scratch.take(n)?, scratch.take(n)?);
+    let mut ring = Ring::default();
     for v in 0..n as u32 {
-        work.refresh(v, &mut heap);
+        work.refresh(v, &mut ring, &mut heap);
     }
     let (mut live, mut collapses) = (mesh.faces.len(), 0);
     while live > target
-        && let Some((u, at)) = heap.pop()
+        && let Some((u, _)) = heap.pop()
     {
-        let now = work.cost[u as usize];
-        if at < now {
-            // The cost has risen since it was put in.
-            if now < f64::INFINITY {
-                heap.push(u, now);
-            }
+        if work.state[u as usize] == STALE {
+            work.refresh(u, &mut ring, &mut heap);
             continue;
         }
+        work.state[u as usize] = OUT;
         let collapse = work.best[u as usize];
         for side in collapse.sides(work.table.twin) {
             dead[(side.apex / 3) as usize] = 1;
@@ -102,11 +107,10 @@ pub fn decimate(
         history[collapses] = collapse;
         collapses += 1;
         let v = work.collapse(collapse);
-        work.refresh(v, &mut heap);
-        let start = work.corner[v as usize];
-        let mut around = Around::new(start);
+        work.reconsider(v, &mut ring, &mut heap);
+        let mut around = Around::new(work.corner[v as usize]);
         while let Some(w) = around.next(&work.table) {
-            work.refresh(w, &mut heap);
+            work.reconsider(w, &mut ring, &mut heap);
         }
     }
     let vertices = compact(work.table.faces, vertex, work.stamp, dead);
@@ -176,8 +180,8 @@ struct Work<'a> {
     quadric: &'a mut [Quadric], // (n)
     stamp: &'a mut [u32],  // (n)
     stamps: u32,
-    cost: &'a mut [f64],      // (n) of the best collapse, infinite without one
-    best: &'a mut [Collapse], // (n)
+    state: &'a mut [u8],      // (n) whether the vertex stands in the heap
+    best: &'a mut [Collapse], // (n) of those that do
 }
 
 impl Work<'_> {
@@ -231,14 +235,26 @@ impl Work<'_> {
         }
     }
 
-    /// Finds the best collapse of `u` again and puts it into the heap.
-    fn refresh(&mut self, u: u32, heap: &mut Heap) {
-        self.cost[u as usize] = f64::INFINITY;
+    /// What is around `u` has changed. Costs mostly rise, so one that stands in the heap waits until it comes up: that
+    /// saves two of three evaluations.
+    fn reconsider(&mut self, u: u32, ring: &mut Ring, heap: &mut Heap) {
+        if self.state[u as usize] == OUT {
+            self.refresh(u, ring, heap);
+        } else {
+            self.state[u as usize] = STALE;
+        }
+    }
+
+    /// Finds the best collapse of `u` and puts it into the heap, where it does not stand now.
+    fn refresh(&mut self, u: u32, ring: &mut Ring, heap: &mut Heap) {
+        self.state[u as usize] = OUT;
         let start = self.corner[u as usize];
         if start == NONE {
             return;
         }
-        let Some(ring) = Ring::new(self.positions, &self.table, start) else { return };
+        if ring.read(self.positions, &self.table, start).is_none() {
+            return;
+        }
         self.stamps += 1;
         ring.vertex.iter().for_each(|w| self.stamp[*w as usize] = self.stamps);
         let (from, own) = (self.position(u), self.quadric[u as usize]);
@@ -262,7 +278,7 @@ impl Work<'_> {
             bare[i] = f64::INFINITY;
         }
         if least < f64::INFINITY {
-            self.cost[u as usize] = least;
+            self.state[u as usize] = FRESH;
             self.best[u as usize] = best;
             heap.push(u, least);
         }

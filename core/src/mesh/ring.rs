@@ -13,6 +13,7 @@ const TURN: f64 = 0.2;
 const SLIVER: f64 = 0.1;
 
 /// Face i is (centre, neighbour i, neighbour i + 1), counter-clockwise; an open fan has one neighbour more than faces.
+#[derive(Default)]
 pub struct Ring {
     /// Each neighbour.
     pub vertex: Vec<u32, { MOST + 1 }>,
@@ -26,17 +27,15 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// The ring around the vertex of `start`, on the border the corner whose half-edge is the border; `None` where it has
-    /// too many faces.
-    pub fn new(positions: &[DVec3], table: &CornerTable, start: u32) -> Option<Self> {
-        let mut ring = Self {
-            vertex: Vec::new(),
-            point: Vec::new(),
-            area: 0.0,
-            corner: Vec::new(),
-            normal: Vec::new(),
-            worst: 1.0,
-        };
+    /// Reads the ring around the vertex of `start`, on the border the corner whose half-edge is the border; `None` where
+    /// it has too many faces.
+    pub fn read(&mut self, positions: &[DVec3], table: &CornerTable, start: u32) -> Option<()> {
+        let ring = self;
+        ring.vertex.clear();
+        ring.point.clear();
+        ring.corner.clear();
+        ring.normal.clear();
+        (ring.area, ring.worst) = (0.0, 1.0);
         let mut add = |v: u32| {
             ring.vertex.push(v).ok()?;
             ring.point.push(positions[v as usize]).ok()
@@ -56,7 +55,7 @@ impl Ring {
             ring.worst = ring.worst.min(squared_quality(centre, b, c, normal));
             ring.normal.push(normal).ok()?;
         }
-        Some(ring)
+        Some(())
     }
 
     fn following(&self, i: usize) -> usize {
