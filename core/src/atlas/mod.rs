@@ -8,8 +8,6 @@ pub mod pack;
 pub mod pieces;
 pub mod proxy;
 pub mod relax;
-pub mod relax;
-pub mod seams;
 pub mod seams;
 pub mod slide;
 pub mod snap;
