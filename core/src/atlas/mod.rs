@@ -4,6 +4,7 @@ pub mod charts;
 pub mod cut;
 pub mod energy;
 pub mod flatten;
+pub mod glue;
 pub mod pack;
 pub mod pieces;
 pub mod proxy;
