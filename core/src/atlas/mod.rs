@@ -1,6 +1,7 @@
 //! Atlas: cuts, flattening, seams, packing.
 
 pub mod charts;
+pub mod compact;
 pub mod cut;
 pub mod energy;
 pub mod flatten;
@@ -16,3 +17,4 @@ pub mod sparse;
 pub mod split;
 pub mod surface;
 pub mod transfer;
+pub mod wedge_paths;
