@@ -15,9 +15,9 @@ use glam::DVec2;
 /// Places on a border between which paths are tried. 16 misses necks; 64 gains 0.3 % of the square for 3 times the work.
 const SAMPLES: usize = 32;
 /// Empty hull area, over all area, from which a chart is looked at.
-const EMPTY: f64 = 0.04;
+const EMPTY: f64 = 0.02;
 /// Hull area, over all area, that one unit of seam cost (over the square root of all area) must save.
-const PRICE: f64 = 0.30;
+const PRICE: f64 = 0.10;
 
 /// Scratch bytes for [`split_bulky`].
 pub fn compact_need(faces: usize) -> usize {
