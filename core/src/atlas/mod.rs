@@ -1,1 +1,3 @@
 //! Atlas: cuts, flattening, seams, packing.
+
+pub mod pack;

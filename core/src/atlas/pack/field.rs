@@ -1,0 +1,312 @@
+//! A chart as a distance field and as points along its border: how deep do two charts lie in one another?
+//!
+//! The field holds the signed distance to the border (negative inside) at the nodes of a lattice around the chart:
+//! exact beside the border, from the nearest segment of a neighbouring node farther off. The points stand at even
+//! steps along the border, in runs of up to 12 under one circle; since distances change no faster than one moves, one
+//! look-up at a run's centre settles most runs. All of it is f32: 1e-7 of the square, far below a texel.
+//! Limits: between nodes the field is bilinear, so depth is right to a fraction of a lattice step at corners; the
+//! exact check has the last word.
+
+use super::clearance::to_segment;
+use super::outline::{Edge, Outlines};
+use crate::base::real;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use glam::{DVec2, Vec2};
+
+/// Lattice nodes for all charts together; with 2^19 the step is about 1/500 of the square's side, two texels of 1024.
+pub(super) const NODES: usize = 1 << 19;
+/// Border points for all charts together, and at least so many a chart.
+pub(super) const POINTS: usize = 6144;
+const POINTS_LEAST: usize = 24;
+/// Points under one circle.
+const RUN: usize = 12;
+
+/// A run of border points.
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct Run {
+    pub centre: Vec2,
+    pub radius: f32,
+    pub first: u32,
+    pub count: u32,
+}
+
+/// A chart's lattice and points.
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct Shape {
+    low: Vec2,
+    columns: u32,
+    rows: u32,
+    first_node: u32,
+    pub first_run: u32,
+    pub run_count: u32,
+    pub radius: f32,
+}
+
+/// The fields and points of all charts.
+#[derive(Clone, Copy)]
+pub(super) struct Fields<'a> {
+    pub shapes: &'a [Shape], // (k)
+    pub runs: &'a [Run],
+    pub points: &'a [Vec2],
+    nodes: &'a [f32],
+    /// Lattice steps a unit.
+    scale: f32,
+    /// Border length that a point stands for.
+    pub spacing: f32,
+}
+
+fn points_bound(edge_count: usize, chart_count: usize) -> usize {
+    // A loop rounds its number of points up, and has at least 3 edges.
+    POINTS + (POINTS_LEAST + 1) * chart_count + edge_count
+}
+
+/// Bytes that [`Fields::new`] takes.
+pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
+    let points = points_bound(edge_count, chart_count);
+    bytes_for::<Shape>(chart_count)
+        + bytes_for::<Run>(points)
+        + bytes_for::<Vec2>(points)
+        + bytes_for::<f32>(NODES)
+        + bytes_for::<u32>(NODES)
+        + bytes_for::<i16>(NODES)
+}
+
+impl<'a> Fields<'a> {
+    /// Builds the fields; `margin` is the distance around a chart that they must cover.
+    pub fn new(outlines: &Outlines, margin: f64, scratch: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
+        let count = outlines.count();
+        let shapes = scratch.take::<Shape>(count)?;
+        let bound = points_bound(outlines.edges.len(), count);
+        let runs = scratch.take::<Run>(bound)?;
+        let points = scratch.take::<Vec2>(bound)?;
+        let nodes = scratch.take::<f32>(NODES)?;
+        let mut frame = scratch.frame();
+        let nearest = frame.take::<u32>(NODES)?;
+        let winding = frame.take::<i16>(NODES)?;
+
+        let step = lattice_step(outlines, margin);
+        let length: f64 = outlines.edges.iter().map(|e| e[0].distance(e[1])).sum();
+        let spacing = length / POINTS as f64;
+        let (mut first_node, mut run_count, mut point_count) = (0, 0, 0);
+        for (chart, shape) in shapes.iter_mut().enumerate() {
+            let edges = outlines.edges_of(chart);
+            let [low, _] = outlines.turned_box(chart, DVec2::X);
+            let [columns, rows] = lattice_size(outlines, chart, margin, step);
+            let low = low - margin - step;
+            let range = first_node..first_node + columns * rows;
+            let lattice = Lattice { low, step, columns, rows };
+            lattice.fill(&mut nodes[range.clone()], &mut nearest[range.clone()], &mut winding[range], edges);
+            let first_run = run_count;
+            walk(edges, spacing, runs, &mut run_count, points, &mut point_count);
+            *shape = Shape {
+                low: low.as_vec2(),
+                columns: columns as u32,
+                rows: rows as u32,
+                first_node: first_node as u32,
+                first_run: first_run as u32,
+                run_count: (run_count - first_run) as u32,
+                radius: outlines.radius[chart] as f32,
+            };
+            first_node += columns * rows;
+        }
+        let scale = (1.0 / step) as f32;
+        Ok(Self { shapes, runs, points, nodes, scale, spacing: spacing as f32 })
+    }
+
+    /// Runs of a chart.
+    #[inline]
+    pub fn runs_of(&self, shape: &Shape) -> &'a [Run] {
+        &self.runs[shape.first_run as usize..][..shape.run_count as usize]
+    }
+
+    /// Signed distance of `p` from the chart's border; outside the lattice something above its margin.
+    #[inline]
+    pub fn distance(&self, shape: &Shape, p: Vec2) -> f32 {
+        let q = (p - shape.low) * self.scale;
+        let (columns, rows) = (shape.columns as usize, shape.rows as usize);
+        if !(q.x >= 0.0 && q.y >= 0.0 && q.x < (columns - 1) as f32 && q.y < (rows - 1) as f32) {
+            // At least this far from the lattice, and so from the chart.
+            let size = Vec2::new((columns - 1) as f32, (rows - 1) as f32);
+            return (-q).max(q - size).max(Vec2::ZERO).max_element() / self.scale + FAR;
+        }
+        let (x, y) = (q.x as usize, q.y as usize);
+        let (fx, fy) = (q.x - x as f32, q.y - y as f32);
+        let at = shape.first_node as usize + y * columns + x;
+        let (below, above) = (&self.nodes[at..at + 2], &self.nodes[at + columns..at + columns + 2]);
+        let low = below[0] + (below[1] - below[0]) * fx;
+        let high = above[0] + (above[1] - above[0]) * fx;
+        low + (high - low) * fy
+    }
+}
+
+/// Marks a distance outside the lattice; larger than any margin.
+pub(super) const FAR: f32 = 1e3;
+
+/// Walks the loops and leaves a point about every `spacing`, at even steps along each loop.
+fn walk(
+    edges: &[Edge],
+    spacing: f64,
+    runs: &mut [Run],
+    run_count: &mut usize,
+    points: &mut [Vec2],
+    point_count: &mut usize,
+) {
+    let total: f64 = edges.iter().map(|e| e[0].distance(e[1])).sum();
+    let spacing = spacing.min(total / POINTS_LEAST as f64);
+    let mut at = 0;
+    while at < edges.len() {
+        let next = at + 1 + edges[at..].windows(2).take_while(|w| w[0][1] == w[1][0]).count();
+        let length: f64 = edges[at..next].iter().map(|e| e[0].distance(e[1])).sum();
+        let steps = real::ceil(length / spacing).max(1.0);
+        let step = length / steps;
+        let (mut walked, mut due, mut left) = (0.0, 0.0, steps as usize);
+        for edge in &edges[at..next] {
+            let own = edge[0].distance(edge[1]);
+            while left > 0 && due <= walked + own {
+                let share = if own > 0.0 { (due - walked) / own } else { 0.0 };
+                let in_loop = steps as usize - left;
+                if in_loop % RUN == 0 {
+                    runs[*run_count] = Run { first: *point_count as u32, ..Run::default() };
+                    *run_count += 1;
+                }
+                points[*point_count] = edge[0].lerp(edge[1], share).as_vec2();
+                *point_count += 1;
+                runs[*run_count - 1].count += 1;
+                due += step;
+                left -= 1;
+            }
+            walked += own;
+        }
+        at = next;
+    }
+    for run in runs[..*run_count].iter_mut().rev().take_while(|r| r.radius == 0.0 && r.count > 0) {
+        let own = &points[run.first as usize..][..run.count as usize];
+        let (low, high) = own.iter().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+        run.centre = (low + high) * 0.5;
+        // Never quite 0, which marks a run without a circle.
+        run.radius = own.iter().map(|p| p.distance(run.centre)).fold(1e-6, f32::max) * (1.0 + 1e-6);
+    }
+}
+
+fn lattice_size(outlines: &Outlines, chart: usize, margin: f64, step: f64) -> [usize; 2] {
+    let [low, high] = outlines.turned_box(chart, DVec2::X);
+    let size = (high - low + 2.0 * margin) / step;
+    [size.x as usize + 4, size.y as usize + 4]
+}
+
+/// The smallest step, by tenths, with which all lattices fit their memory.
+fn lattice_step(outlines: &Outlines, margin: f64) -> f64 {
+    let mut step = 1.0 / 1024.0;
+    loop {
+        let sizes = (0..outlines.count()).map(|chart| lattice_size(outlines, chart, margin, step));
+        if sizes.map(|[c, r]| c.saturating_mul(r)).fold(0, usize::saturating_add) <= NODES {
+            return step;
+        }
+        step *= 1.1;
+    }
+}
+
+/// Where the nodes of one chart are.
+struct Lattice {
+    low: DVec2,
+    step: f64,
+    columns: usize,
+    rows: usize,
+}
+
+impl Lattice {
+    fn node(&self, x: usize, y: usize) -> DVec2 {
+        self.low + DVec2::new(x as f64, y as f64) * self.step
+    }
+
+    fn fill(&self, nodes: &mut [f32], nearest: &mut [u32], winding: &mut [i16], edges: &[Edge]) {
+        nodes.fill(f32::INFINITY);
+        winding.fill(0);
+        for (i, edge) in edges.iter().enumerate() {
+            self.seed(nodes, nearest, edge, i as u32);
+            self.cross(winding, edge);
+        }
+        self.spread(nodes, nearest, edges);
+        for y in 0..self.rows {
+            let mut turns = 0i16;
+            for at in y * self.columns..(y + 1) * self.columns {
+                turns = turns.wrapping_add(winding[at]);
+                let distance = real::sqrt(nodes[at]);
+                nodes[at] = if turns != 0 { -distance } else { distance };
+            }
+        }
+    }
+
+    /// Exact squared distances at the nodes next to a segment.
+    fn seed(&self, nodes: &mut [f32], nearest: &mut [u32], edge: &Edge, index: u32) {
+        let [p, q] = edge.map(|p| (p - self.low) / self.step);
+        let (low, high) = (p.min(q), p.max(q));
+        for y in (low.y - 1.0).max(0.0) as usize..=((high.y + 2.0) as usize).min(self.rows - 1) {
+            // The part of the segment within a step and a half of this row.
+            let ends = if q.y == p.y {
+                [p.x, q.x]
+            } else {
+                let share = |level: f64| ((level - p.y) / (q.y - p.y)).clamp(0.0, 1.0);
+                [y as f64 - 1.5, y as f64 + 1.5].map(|level| p.x + (q.x - p.x) * share(level))
+            };
+            let (from, to) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            for x in (from - 1.0).max(0.0) as usize..=((to + 2.0) as usize).min(self.columns - 1) {
+                let at = y * self.columns + x;
+                let distance = to_segment(self.node(x, y), *edge) as f32;
+                if distance < nodes[at] {
+                    (nodes[at], nearest[at]) = (distance, index);
+                }
+            }
+        }
+    }
+
+    /// Counts a segment's crossings of the lattice rows at the first node to their right.
+    fn cross(&self, winding: &mut [i16], edge: &Edge) {
+        let [p, q] = edge.map(|p| (p - self.low) / self.step);
+        let (low, high, sign) = if p.y <= q.y { (p, q, 1) } else { (q, p, -1) };
+        for y in real::ceil(low.y).max(0.0) as usize..=(high.y.max(0.0) as usize).min(self.rows - 1) {
+            if low.y <= y as f64 && (y as f64) < high.y {
+                let x = low.x + (y as f64 - low.y) / (high.y - low.y) * (high.x - low.x);
+                let column = real::ceil(x).max(0.0) as usize;
+                if column < self.columns {
+                    winding[y * self.columns + column] += sign;
+                }
+            }
+        }
+    }
+
+    /// Carries nearest segments from node to node: four sweeps over eight neighbours.
+    fn spread(&self, nodes: &mut [f32], nearest: &mut [u32], edges: &[Edge]) {
+        let (columns, rows) = (self.columns as isize, self.rows as isize);
+        for sweep in 0..2 {
+            let forward = sweep == 0;
+            let near: [(isize, isize); 4] = [(-1, 0), (-1, -1), (0, -1), (1, -1)];
+            for row in 0..rows {
+                let y = if forward { row } else { rows - 1 - row };
+                for (pass, column) in (0..2 * columns).map(|i| (i / columns, i % columns)) {
+                    let rightward = (pass == 0) == forward;
+                    let x = if rightward { column } else { columns - 1 - column };
+                    let at = (y * columns + x) as usize;
+                    for (dx, dy) in near {
+                        let flip = if forward { 1 } else { -1 };
+                        let side = if dy == 0 && !rightward { 1 } else { -1 };
+                        let (nx, ny) = (x + if dy == 0 { side } else { dx * flip }, y + dy * flip);
+                        if (pass == 1 && dy != 0) || !(0..columns).contains(&nx) || !(0..rows).contains(&ny) {
+                            continue;
+                        }
+                        let from = (ny * columns + nx) as usize;
+                        if nodes[from] < nodes[at] && nodes[from].is_finite() {
+                            let distance =
+                                to_segment(self.node(x as usize, y as usize), edges[nearest[from] as usize]) as f32;
+                            if distance < nodes[at] {
+                                (nodes[at], nearest[at]) = (distance, nearest[from]);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

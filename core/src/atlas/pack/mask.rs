@@ -1,0 +1,171 @@
+//! A chart as a bit mask: every cell of a raster that the turned chart touches.
+//!
+//! Conservative: a cell is set if a border edge passes through it or its centre lies inside (winding number not 0).
+//! Beside the bits stands each cell's chessboard distance to the nearest cell outside the mask, and from it up to 16
+//! poles: cells deep inside, spread over the mask, whose squares must be free wherever the mask is placed.
+
+use super::outline::Edge;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use glam::DVec2;
+use heapless::Vec;
+
+/// Border points this close to a cell's border, in cells, count for both cells: rounding of the turn is below 1e-12.
+const NEAR: f64 = 1e-9;
+
+/// A square of cells inside the mask: all within `depth - 1` of (x, y).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pole {
+    pub x: i32,
+    pub y: i32,
+    pub depth: u8,
+}
+
+/// One turned chart on the raster. Its memory is used again for the next.
+pub(super) struct Mask<'a> {
+    /// Cells.
+    pub width: usize,
+    pub height: usize,
+    /// Words a row.
+    pub words: usize,
+    /// Local coordinates of the least corner of cell (0, 0).
+    pub low: DVec2,
+    /// Deepest first.
+    pub poles: Vec<Pole, 16>,
+    bits: &'a mut [u64], // (height, words)
+    depth: &'a mut [u8], // (height, width)
+    limit: usize,
+}
+
+impl<'a> Mask<'a> {
+    /// Bytes for masks of up to `limit` cells a side.
+    pub fn need(limit: usize) -> usize {
+        bytes_for::<u64>(limit * (limit / 64 + 1)) + bytes_for::<u8>(limit * limit)
+    }
+
+    /// An empty mask.
+    pub fn new(limit: usize, scratch: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
+        Ok(Self {
+            width: 0,
+            height: 0,
+            words: 0,
+            low: DVec2::ZERO,
+            poles: Vec::new(),
+            bits: scratch.take(limit * (limit / 64 + 1))?,
+            depth: scratch.take(limit * limit)?,
+            limit,
+        })
+    }
+
+    /// Words of a row.
+    #[inline]
+    pub fn row(&self, y: usize) -> &[u64] {
+        &self.bits[y * self.words..(y + 1) * self.words]
+    }
+
+    /// Draws a chart after `turn`, with `cells` cells a unit; false if it is larger than the limit.
+    /// `bounds` is the turned chart's box.
+    pub fn draw(&mut self, edges: &[Edge], bounds: [DVec2; 2], turn: DVec2, cells: f64) -> bool {
+        let size = (bounds[1] - bounds[0]) * cells;
+        if size.max_element() >= self.limit as f64 {
+            return false;
+        }
+        self.low = bounds[0];
+        (self.width, self.height) = (size.x as usize + 1, size.y as usize + 1);
+        self.words = self.width.div_ceil(64);
+        self.bits[..self.words * self.height].fill(0);
+        self.depth[..self.width * self.height].fill(0);
+        for edge in edges {
+            let [p, q] = edge.map(|p| (turn.rotate(p) - bounds[0]) * cells);
+            self.touch(p, q);
+        }
+        self.fill_rows();
+        self.deepen();
+        true
+    }
+
+    /// Sets the cells that a segment passes through, and counts its crossing of each row of cell centres.
+    fn touch(&mut self, p: DVec2, q: DVec2) {
+        let column = |x: f64| (x.max(0.0) as usize).min(self.width - 1);
+        let (low, high) = if p.y <= q.y { (p, q) } else { (q, p) };
+        let first = (low.y - NEAR).max(0.0) as usize;
+        let last = ((high.y + NEAR).max(0.0) as usize).min(self.height - 1);
+        let slope = if high.y > low.y { (high.x - low.x) / (high.y - low.y) } else { 0.0 };
+        for y in first..=last {
+            let at = |y: f64| if high.y > low.y { low.x + (y.clamp(low.y, high.y) - low.y) * slope } else { low.x };
+            let (mut a, mut b) = (at(y as f64), at(y as f64 + 1.0));
+            if high.y <= low.y {
+                (a, b) = (low.x, high.x);
+            }
+            let (from, to) = (column(a.min(b) - NEAR), column(a.max(b) + NEAR));
+            for x in from..=to {
+                self.bits[y * self.words + x / 64] |= 1 << (x % 64);
+            }
+            let centre = y as f64 + 0.5;
+            if low.y <= centre && centre < high.y {
+                // The first cell whose centre is right of the crossing starts a new winding number.
+                let x = (low.x + (centre - low.y) * slope + 0.5).max(0.0) as usize;
+                if x < self.width {
+                    let cell = &mut self.depth[y * self.width + x];
+                    *cell = if p.y < q.y { cell.wrapping_add(1) } else { cell.wrapping_sub(1) };
+                }
+            }
+        }
+    }
+
+    /// Winding numbers to bits; set cells get depth 255, others 0.
+    fn fill_rows(&mut self) {
+        for y in 0..self.height {
+            let (row, bits) = (&mut self.depth[y * self.width..][..self.width], &mut self.bits[y * self.words..]);
+            let mut winding = 0u8;
+            for (x, cell) in row.iter_mut().enumerate() {
+                winding = winding.wrapping_add(*cell);
+                if winding != 0 {
+                    bits[x / 64] |= 1 << (x % 64);
+                }
+                *cell = if bits[x / 64] >> (x % 64) & 1 == 1 { 255 } else { 0 };
+            }
+        }
+    }
+
+    /// Chessboard distances to the outside in two passes, then the deepest cell of each of 4 x 4 parts.
+    fn deepen(&mut self) {
+        let (w, h) = (self.width, self.height);
+        let depth = &mut self.depth[..w * h];
+        for y in 0..h {
+            for x in 0..w {
+                let at = y * w + x;
+                if depth[at] != 0 {
+                    let inner = x > 0 && y > 0 && x + 1 < w;
+                    let near = if inner {
+                        depth[at - 1].min(depth[at - w - 1]).min(depth[at - w]).min(depth[at - w + 1])
+                    } else {
+                        0
+                    };
+                    depth[at] = near.saturating_add(1);
+                }
+            }
+        }
+        let mut best = [Pole { x: 0, y: 0, depth: 0 }; 16];
+        for y in (0..h).rev() {
+            for x in (0..w).rev() {
+                let at = y * w + x;
+                if depth[at] != 0 {
+                    let inner = x > 0 && y + 1 < h && x + 1 < w;
+                    let near = if inner {
+                        depth[at + 1].min(depth[at + w - 1]).min(depth[at + w]).min(depth[at + w + 1])
+                    } else {
+                        0
+                    };
+                    depth[at] = depth[at].min(near.saturating_add(1));
+                    let part = &mut best[(y * 4 / h) * 4 + x * 4 / w];
+                    if depth[at] > part.depth {
+                        *part = Pole { x: x as i32, y: y as i32, depth: depth[at] };
+                    }
+                }
+            }
+        }
+        best.sort_unstable_by_key(|p| (255 - p.depth, p.y, p.x));
+        self.poles.clear();
+        self.poles.extend(best.into_iter().filter(|p| p.depth > 0));
+    }
+}

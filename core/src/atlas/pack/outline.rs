@@ -1,0 +1,237 @@
+//! Borders, hulls and areas of the charts, in a common unit.
+//!
+//! A chart's border is every edge that its faces use more often one way than the other, so inner edges cancel, holes
+//! stay, and the winding number about a point counts the faces above it. Edges stand in the order of a walk around
+//! their loops. Coordinates are local: the chart's box is centred on the origin and all charts together have area 1.
+//! A chart whose edges all cancel (a face folded on itself) keeps them all. Coordinates that are not finite count as 0.
+
+use super::layout::Charts;
+use crate::base::real;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use glam::DVec2;
+
+/// A directed border edge; the chart lies to its left.
+pub(super) type Edge = [DVec2; 2];
+
+/// What packing knows about the charts.
+#[derive(Clone, Copy)]
+pub(super) struct Outlines<'a> {
+    /// First edge of each chart, and the number of edges.
+    pub edge_start: &'a [u32], // (k + 1)
+    pub edges: &'a [Edge],
+    /// First hull corner of each chart; `hull_start[i] + hull_len[i]` ends it.
+    pub hull_len: &'a [u32], // (k)
+    pub hull: &'a [DVec2],    // hull of chart i begins at edge_start[i]
+    /// Centre of the chart's box, in the caller's units.
+    pub centre: &'a [DVec2], // (k)
+    /// Largest distance of the border from the centre.
+    pub radius: &'a [f64], // (k)
+    /// Area of the chart's faces.
+    pub area: &'a [f64], // (k)
+    /// Local units per unit of the caller.
+    pub unit: f64,
+}
+
+impl<'a> Outlines<'a> {
+    /// Number of charts.
+    pub fn count(&self) -> usize {
+        self.radius.len()
+    }
+
+    /// Border edges of a chart; empty where it has no face.
+    pub fn edges_of(&self, chart: usize) -> &'a [Edge] {
+        &self.edges[self.edge_start[chart] as usize..self.edge_start[chart + 1] as usize]
+    }
+
+    /// Corners of the convex hull, counter-clockwise.
+    pub fn hull_of(&self, chart: usize) -> &'a [DVec2] {
+        let first = self.edge_start[chart] as usize;
+        &self.hull[first..first + self.hull_len[chart] as usize]
+    }
+
+    /// Least and largest corner of the chart's box after a turn by (cos, sin).
+    pub fn turned_box(&self, chart: usize, turn: DVec2) -> [DVec2; 2] {
+        let mut corners = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        for &p in self.hull_of(chart) {
+            let q = turn.rotate(p);
+            corners = [corners[0].min(q), corners[1].max(q)];
+        }
+        if corners[0].x <= corners[1].x { corners } else { [DVec2::ZERO; 2] }
+    }
+}
+
+/// Unit vector at `angle`.
+pub(super) fn turn(angle: f64) -> DVec2 {
+    DVec2::new(real::cos(angle), real::sin(angle))
+}
+
+/// Bytes that [`trace`] takes.
+pub(super) fn need(face_count: usize, chart_count: usize) -> usize {
+    let edges = face_count * 3;
+    kept_need(face_count, chart_count) + bytes_for::<[u32; 4]>(edges) + bytes_for::<u8>(edges) + bytes_for::<DVec2>(edges)
+}
+
+/// Bytes of the outlines themselves.
+fn kept_need(face_count: usize, chart_count: usize) -> usize {
+    let edges = face_count * 3;
+    bytes_for::<u32>(chart_count + 1)
+        + bytes_for::<Edge>(edges)
+        + bytes_for::<u32>(chart_count)
+        + bytes_for::<DVec2>(edges)
+        + bytes_for::<DVec2>(chart_count)
+        + 2 * bytes_for::<f64>(chart_count)
+}
+
+/// Finds borders, hulls and areas. O(f log f).
+pub(super) fn trace<'a>(charts: &Charts, scratch: &mut Scratch<'a>) -> Result<Outlines<'a>, ScratchTooSmall> {
+    let (edge_count, k) = (charts.faces.len() * 3, charts.count);
+    let edge_start = scratch.take::<u32>(k + 1)?;
+    let edges = scratch.take::<Edge>(edge_count)?;
+    let hull_len = scratch.take::<u32>(k)?;
+    let hull = scratch.take::<DVec2>(edge_count)?;
+    let centre = scratch.take::<DVec2>(k)?;
+    let radius = scratch.take::<f64>(k)?;
+    let area = scratch.take::<f64>(k)?;
+    let mut frame = scratch.frame();
+    let sides = frame.take::<[u32; 4]>(edge_count)?;
+    let seen = frame.take::<u8>(edge_count)?;
+    let points = frame.take::<DVec2>(edge_count)?;
+
+    measure_areas(area, charts);
+    let border = cancel_inner(sides, charts);
+    walk_loops(edges, edge_start, &mut sides[..border], seen, charts);
+    let unit = unit_of(area, &edges[..border]);
+    for chart in 0..k {
+        let range = edge_start[chart] as usize..edge_start[chart + 1] as usize;
+        centre_on_box(&mut edges[range.clone()], &mut centre[chart], unit);
+        area[chart] *= unit * unit;
+        let points = &mut points[range.clone()];
+        points.iter_mut().zip(&edges[range.clone()]).for_each(|(p, e)| *p = e[0]);
+        radius[chart] = real::sqrt(points.iter().map(|p| p.length_squared()).fold(0.0, f64::max));
+        hull_len[chart] = convex_hull(&mut hull[range], points) as u32;
+    }
+    Ok(Outlines { edge_start, edges, hull_len, hull, centre, radius, area, unit })
+}
+
+fn point(charts: &Charts, vertex: u32) -> DVec2 {
+    let p = charts.uv[vertex as usize];
+    if p.is_finite() { p } else { DVec2::ZERO }
+}
+
+fn measure_areas(area: &mut [f64], charts: &Charts) {
+    for (face, &chart) in charts.faces.iter().zip(charts.chart) {
+        let [a, b, c] = face.map(|v| point(charts, v));
+        if let Some(sum) = area.get_mut(chart as usize) {
+            *sum += 0.5 * (b - a).perp_dot(c - a).abs();
+        }
+    }
+}
+
+/// Puts [chart, from, to, 0] of every border edge to the front of `sides`; the answer is their number.
+fn cancel_inner(sides: &mut [[u32; 4]], charts: &Charts) -> usize {
+    let mut count = 0;
+    for (face, &chart) in charts.faces.iter().zip(charts.chart) {
+        for i in 0..3 {
+            let (from, to) = (face[i], face[(i + 1) % 3]);
+            if from != to && (chart as usize) < charts.count {
+                sides[count] = [chart, from.min(to), from.max(to), (from > to) as u32];
+                count += 1;
+            }
+        }
+    }
+    let sides = &mut sides[..count];
+    sides.sort_unstable();
+    let (mut out, mut at) = (0, 0);
+    while at < count {
+        let chart = sides[at][0];
+        let end = at + sides[at..].partition_point(|s| s[0] == chart);
+        let first = out;
+        let (begin, mut from) = (at, at);
+        while from < end {
+            let key = [sides[from][1], sides[from][2]];
+            let to = from + sides[from..end].iter().take_while(|s| [s[1], s[2]] == key).count();
+            let back = sides[from..to].iter().filter(|s| s[3] == 1).count();
+            let forth = to - from - back;
+            let pair = if forth > back { key } else { [key[1], key[0]] };
+            for _ in 0..forth.abs_diff(back) {
+                sides[out] = [chart, pair[0], pair[1], 0];
+                out += 1;
+            }
+            from = to;
+        }
+        if out == first {
+            // Every edge cancelled: keep them all. `out <= begin`, so nothing unread is overwritten.
+            for s in begin..end {
+                let [_, a, b, back] = sides[s];
+                sides[out] = if back == 1 { [chart, b, a, 0] } else { [chart, a, b, 0] };
+                out += 1;
+            }
+        }
+        at = end;
+    }
+    out
+}
+
+/// Orders border edges chart by chart along their loops.
+fn walk_loops(edges: &mut [Edge], edge_start: &mut [u32], sides: &mut [[u32; 4]], seen: &mut [u8], charts: &Charts) {
+    sides.sort_unstable();
+    let (mut count, mut at) = (0, 0);
+    for chart in 0..charts.count {
+        edge_start[chart] = count as u32;
+        let end = at + sides[at..].partition_point(|s| s[0] as usize == chart);
+        let (own, own_seen) = (&sides[at..end], &mut seen[at..end]);
+        for first in 0..own.len() {
+            let mut here = Some(first);
+            while let Some(e) = here.filter(|&e| own_seen[e] == 0) {
+                own_seen[e] = 1;
+                edges[count] = [point(charts, own[e][1]), point(charts, own[e][2])];
+                count += 1;
+                let next = own.partition_point(|s| s[1] < own[e][2]);
+                here = (next..own.len()).take_while(|&n| own[n][1] == own[e][2]).find(|&n| own_seen[n] == 0);
+            }
+        }
+        at = end;
+    }
+    edge_start[charts.count] = count as u32;
+}
+
+/// Local units per caller's unit: total area 1; where there is next to none, total squared box side 1.
+fn unit_of(area: &[f64], edges: &[Edge]) -> f64 {
+    let total: f64 = area.iter().sum();
+    let mut corners = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+    edges.iter().for_each(|e| corners = [corners[0].min(e[0]), corners[1].max(e[0])]);
+    let side = (corners[1] - corners[0]).max_element();
+    // Needles: an area below 1e-9 of the squared extent would make the unit explode.
+    let square = total.max(if side > 0.0 { side * side * 1e-9 } else { 0.0 });
+    let unit = 1.0 / real::sqrt(square);
+    if unit.is_finite() && unit > 0.0 { unit } else { 1.0 }
+}
+
+fn centre_on_box(edges: &mut [Edge], centre: &mut DVec2, unit: f64) {
+    let mut corners = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+    edges.iter().for_each(|e| corners = [corners[0].min(e[0]), corners[1].max(e[0])]);
+    *centre = if edges.is_empty() { DVec2::ZERO } else { 0.5 * (corners[0] + corners[1]) };
+    let centre = *centre;
+    edges.iter_mut().for_each(|e| *e = e.map(|p| (p - centre) * unit));
+}
+
+/// Andrew's monotone chain: corners counter-clockwise into `hull`; the answer is their number. Sorts `points`.
+fn convex_hull(hull: &mut [DVec2], points: &mut [DVec2]) -> usize {
+    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let n = points.len();
+    let mut len = 0;
+    let mut push = |p: DVec2, len: &mut usize, base: usize| {
+        while *len >= base + 2 && (hull[*len - 1] - hull[*len - 2]).perp_dot(p - hull[*len - 1]) <= 0.0 {
+            *len -= 1;
+        }
+        // n points need at most n places: the first one is never pushed again.
+        if *len < hull.len() {
+            hull[*len] = p;
+            *len += 1;
+        }
+    };
+    points.iter().for_each(|&p| push(p, &mut len, 0));
+    let base = len.saturating_sub(1);
+    (1..n.saturating_sub(1)).rev().for_each(|i| push(points[i], &mut len, base));
+    len
+}
