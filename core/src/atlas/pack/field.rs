@@ -13,10 +13,10 @@ use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use glam::{DVec2, Vec2};
 
-/// Lattice nodes for all charts together; with 2^19 the step is about 1/500 of the square's side, two texels of 1024.
-pub(super) const NODES: usize = 1 << 19;
+/// Lattice nodes for all charts together; with 2^17 the step is about 1/250 of the square's side, four texels of 1024.
+pub(super) const NODES: usize = 1 << 17;
 /// Border points for all charts together, and at least so many a chart.
-pub(super) const POINTS: usize = 6144;
+pub(super) const POINTS: usize = 1024;
 const POINTS_LEAST: usize = 24;
 /// Points under one circle.
 const RUN: usize = 12;
@@ -36,8 +36,9 @@ pub(super) struct Run {
 #[repr(C)]
 pub(super) struct Shape {
     low: Vec2,
+    /// Just below the last node's column and row.
+    last: Vec2,
     columns: u32,
-    rows: u32,
     first_node: u32,
     pub first_run: u32,
     pub run_count: u32,
@@ -103,7 +104,7 @@ impl<'a> Fields<'a> {
             *shape = Shape {
                 low: low.as_vec2(),
                 columns: columns as u32,
-                rows: rows as u32,
+                last: Vec2::new(columns as f32 - 1.001, rows as f32 - 1.001),
                 first_node: first_node as u32,
                 first_run: first_run as u32,
                 run_count: (run_count - first_run) as u32,
@@ -121,30 +122,46 @@ impl<'a> Fields<'a> {
         &self.runs[shape.first_run as usize..][..shape.run_count as usize]
     }
 
-    /// Signed distance of `p` from the chart's border; outside the lattice something above its margin.
-    #[inline]
-    pub fn distance(&self, shape: &Shape, p: Vec2) -> f32 {
+    /// Lattice coordinates of `p`, drawn into the lattice.
+    #[inline(always)]
+    fn locate(&self, shape: &Shape, p: Vec2) -> (Vec2, Vec2) {
         let q = (p - shape.low) * self.scale;
-        let (columns, rows) = (shape.columns as usize, shape.rows as usize);
-        if !(q.x >= 0.0 && q.y >= 0.0 && q.x < (columns - 1) as f32 && q.y < (rows - 1) as f32) {
-            // At least this far from the lattice, and so from the chart.
-            let size = Vec2::new((columns - 1) as f32, (rows - 1) as f32);
-            return (-q).max(q - size).max(Vec2::ZERO).max_element() / self.scale + FAR;
-        }
-        let (x, y) = (q.x as usize, q.y as usize);
+        (q, q.max(Vec2::ZERO).min(shape.last))
+    }
+
+    /// Signed distance of `p` from the chart's border, right where it is below the margin: outside the lattice stands
+    /// what its rim holds.
+    #[inline(always)]
+    pub fn distance(&self, shape: &Shape, p: Vec2) -> f32 {
+        let (_, q) = self.locate(shape, p);
+        self.sample(shape, q)
+    }
+
+    /// A distance from the chart's border that is surely not more than the true one.
+    #[inline(always)]
+    pub fn distance_at_least(&self, shape: &Shape, p: Vec2) -> f32 {
+        let (q, near) = self.locate(shape, p);
+        let inside = self.sample(shape, near);
+        let beyond = (q - near).abs().max_element() / self.scale;
+        if beyond > 0.0 { beyond } else { inside }
+    }
+
+    #[inline(always)]
+    fn sample(&self, shape: &Shape, q: Vec2) -> f32 {
+        let (x, y) = (q.x as u32, q.y as u32);
         let (fx, fy) = (q.x - x as f32, q.y - y as f32);
-        let at = shape.first_node as usize + y * columns + x;
-        let (below, above) = (&self.nodes[at..at + 2], &self.nodes[at + columns..at + columns + 2]);
-        let low = below[0] + (below[1] - below[0]) * fx;
-        let high = above[0] + (above[1] - above[0]) * fx;
+        let at = (shape.first_node + y * shape.columns + x) as usize;
+        let (Some(&[a, b]), Some(&[c, d])) =
+            (self.nodes[at..].first_chunk(), self.nodes[at + shape.columns as usize..].first_chunk())
+        else {
+            return 0.0;
+        };
+        let (low, high) = (a + (b - a) * fx, c + (d - c) * fx);
         low + (high - low) * fy
     }
 }
 
-/// Marks a distance outside the lattice; larger than any margin.
-pub(super) const FAR: f32 = 1e3;
-
-/// Walks the loops and leaves a point about every `spacing`, at even steps along each loop.
+/// Walks the loops and leaves a point about every `spacing`: where each of even steps sticks out farthest.
 fn walk(
     edges: &[Edge],
     spacing: f64,
@@ -161,23 +178,18 @@ fn walk(
         let length: f64 = edges[at..next].iter().map(|e| e[0].distance(e[1])).sum();
         let steps = real::ceil(length / spacing).max(1.0);
         let step = length / steps;
-        let (mut walked, mut due, mut left) = (0.0, 0.0, steps as usize);
-        for edge in &edges[at..next] {
-            let own = edge[0].distance(edge[1]);
-            while left > 0 && due <= walked + own {
-                let share = if own > 0.0 { (due - walked) / own } else { 0.0 };
-                let in_loop = steps as usize - left;
-                if in_loop % RUN == 0 {
-                    runs[*run_count] = Run { first: *point_count as u32, ..Run::default() };
-                    *run_count += 1;
-                }
-                points[*point_count] = edge[0].lerp(edge[1], share).as_vec2();
-                *point_count += 1;
-                runs[*run_count - 1].count += 1;
-                due += step;
-                left -= 1;
+        let (mut edge, mut walked) = (at, 0.0); // border length before `edge`
+        for part in 0..steps as usize {
+            let (from, to) = (part as f64 * step, (part + 1) as f64 * step);
+            let (tip, after) = outermost(&edges[at..next], edge - at, walked, from, to);
+            (edge, walked) = (at + after.0, after.1);
+            if part % RUN == 0 {
+                runs[*run_count] = Run { first: *point_count as u32, ..Run::default() };
+                *run_count += 1;
             }
-            walked += own;
+            points[*point_count] = tip.as_vec2();
+            *point_count += 1;
+            runs[*run_count - 1].count += 1;
         }
         at = next;
     }
@@ -188,6 +200,33 @@ fn walk(
         // Never quite 0, which marks a run without a circle.
         run.radius = own.iter().map(|p| p.distance(run.centre)).fold(1e-6, f32::max) * (1.0 + 1e-6);
     }
+}
+
+/// The point of the border between lengths `from` and `to` that sticks out farthest; and the edge that holds `to`, with
+/// the length before it. `edge` holds `from`, with length `walked` before it. The chart lies to the left, so out is right.
+fn outermost(edges: &[Edge], edge: usize, walked: f64, from: f64, to: f64) -> (DVec2, (usize, f64)) {
+    let point = |edge: usize, walked: f64, due: f64| {
+        let own = edges[edge][0].distance(edges[edge][1]);
+        let share = if own > 0.0 { ((due - walked) / own).clamp(0.0, 1.0) } else { 0.0 };
+        edges[edge][0].lerp(edges[edge][1], share)
+    };
+    let start = point(edge, walked, from);
+    let (mut last, mut before) = (edge, walked);
+    while last + 1 < edges.len() && before + edges[last][0].distance(edges[last][1]) < to {
+        before += edges[last][0].distance(edges[last][1]);
+        last += 1;
+    }
+    let end = point(last, before, to);
+    let out = DVec2::new(end.y - start.y, start.x - end.x);
+    // The middle, unless a corner is farther out than the chord.
+    let mut best = (1e-9 * out.length_squared(), start.midpoint(end));
+    for corner in edges[edge + 1..=last.max(edge)].iter().map(|e| e[0]) {
+        let height = (corner - start).dot(out);
+        if height > best.0 {
+            best = (height, corner);
+        }
+    }
+    (best.1, (last, before))
 }
 
 fn lattice_size(outlines: &Outlines, chart: usize, margin: f64, step: f64) -> [usize; 2] {

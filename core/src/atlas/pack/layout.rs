@@ -137,7 +137,7 @@ pub fn pack(
     let (mut side, padding) = shelf::place(poses, &outlines, &gap, &mut frame)?;
     square::place(poses, &mut side, &outlines);
     if padding >= gap.texels {
-        fill::improve(poses, &mut side, &outlines, &gap, settings, &mut frame, workers)?;
+        fill::improve(poses, &mut side, &outlines, &gap, &mut frame, workers)?;
         separate::improve(poses, &mut side, &outlines, &gap, settings, &mut frame, workers)?;
     }
     Ok(finish(placements, poses, &outlines, padding.min(gap.texels) - SLACK))

@@ -8,7 +8,7 @@
 //! after Egeblad, Nielsen, Odgaard 2007. The result counts only if the exact check confirms it.
 //! Limits: a local search; work is bounded by look-ups, so more charts get fewer tries each.
 
-use super::field::{self, FAR, Fields};
+use super::field::{self, Fields};
 use super::layout::{Gap, Pose, SEPARATE_MAX, Settings};
 use super::outline::{self, Outlines};
 use super::{clearance, field::Shape};
@@ -23,7 +23,9 @@ const LANES: usize = 2;
 /// Look-ups a lane for effort 1: about 5 ns each.
 const WORK: f64 = 6e7;
 /// Rounds of the exact check, each with wider gaps between the pairs that failed the last.
-const CHECKS: usize = 12;
+const CHECKS: usize = 40;
+/// Look-ups a round.
+const CHECK_WORK: f64 = 5e5;
 
 /// Bytes that [`improve`] takes.
 pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
@@ -142,7 +144,7 @@ impl Lane<'_> {
             if fails > 0 && !late {
                 self.disrupt();
             }
-            if self.resolve(budget, if late { 40 } else { 60 }) {
+            if self.resolve(budget, 12) {
                 self.keep();
                 fails = 0;
             } else {
@@ -159,13 +161,13 @@ impl Lane<'_> {
         self.extra.fill(0.0);
         let count = self.count();
         for round in 0..CHECKS {
-            self.load(self.best_side);
-            if round > 0 && !self.resolve(self.work + 2e6, 60) {
-                self.load(self.best_side * 1.001);
-                self.resolve(self.work + 2e6, 60);
-            }
+            // The room grows a little from round to round, so that the gaps find it.
+            self.load(self.best_side * if round > 2 { 1.0005 } else { 1.0 });
             if self.side >= limit {
                 return Ok(false);
+            }
+            if round > 0 {
+                self.resolve(self.work + CHECK_WORK, 30);
             }
             self.keep();
             let bound = self.gap.within(self.side);
@@ -276,7 +278,7 @@ impl Lane<'_> {
     /// Moves a chart to the least weighted overlap that samples and descent find, if that is less than now.
     fn relocate(&mut self, chart: usize) {
         let now = self.bodies[chart];
-        let mut best = heapless::Vec::<(f32, Body), 4>::new();
+        let mut best = heapless::Vec::<(f32, Body), 2>::new();
         let loss = self.loss(chart, &now, f32::INFINITY);
         let _ = best.push((loss, now));
         let (global, local) = (16, 10);
@@ -294,7 +296,7 @@ impl Lane<'_> {
                 self.inside(chart, Body { at: now.at + step.as_vec2(), turn, angle })
             };
             let Some(body) = body else { continue };
-            let limit = if best.is_full() { best[3].0 } else { f32::INFINITY };
+            let limit = if best.is_full() { best[1].0 } else { f32::INFINITY };
             let loss = self.loss(chart, &body, limit);
             if loss < limit {
                 if best.is_full() {
@@ -433,10 +435,8 @@ fn one_way(
     let shift = back.rotate(body_a.at - body_b.at);
     let (mut sum, mut work) = (0.0, 4);
     for run in fields.runs_of(a) {
-        let near = fields.distance(b, turn.rotate(run.centre) + shift);
         work += 1;
-        let reach = if near >= FAR { near - FAR } else { near - gap };
-        if reach >= run.radius {
+        if fields.distance_at_least(b, turn.rotate(run.centre) + shift) >= gap + run.radius {
             continue;
         }
         for &p in &fields.points[run.first as usize..][..run.count as usize] {
