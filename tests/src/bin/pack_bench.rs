@@ -33,14 +33,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (mut fills, mut seconds) = (0.0, 0.0);
     for file in &files {
         let mut atlas = Atlas::read(Path::new(file))?;
-        atlas.to_natural_scale();
+        atlas.equalise_density();
         let start = (Instant::now(), cpu_seconds());
-        let charts =
-            Charts { uv: &atlas.uv, faces: &atlas.faces, chart: &atlas.chart, count: atlas.chart_count };
+        let charts = Charts { uv: &atlas.uv, faces: &atlas.faces, chart: &atlas.chart, count: atlas.chart_count };
         let mut bytes = vec![0; pack_need(charts.faces.len(), charts.count, &settings)];
         let mut placements = vec![Placement::IDENTITY; charts.count];
-        let summary =
-            pack(&mut placements, &charts, &settings, &mut Scratch::new(&mut bytes), &Threads(threads))?;
+        let summary = pack(&mut placements, &charts, &settings, &mut Scratch::new(&mut bytes), &Threads(threads))?;
         let took = cpu_seconds().zip(start.1).map_or(start.0.elapsed().as_secs_f64(), |(now, then)| now - then);
         atlas.place(&placements);
         let fill = atlas.fill(settings.size as usize);
@@ -105,7 +103,7 @@ impl Atlas {
     }
 
     /// Equal texel density, no mirrored chart.
-    fn to_natural_scale(&mut self) {
+    fn equalise_density(&mut self) {
         let mut sums = vec![[0.0; 3]; self.chart_count]; // signed and absolute UV area, 3D area
         for (face, &chart) in self.faces.iter().zip(&self.chart) {
             let [a, b, c] = face.map(|v| self.uv[v as usize]);

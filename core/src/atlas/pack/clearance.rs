@@ -171,8 +171,7 @@ impl Placed<'_> {
 /// Distance of two segments; 0 where they cross.
 pub(super) fn segments_apart(a: Edge, b: Edge) -> f64 {
     let side = |e: Edge, p: DVec2| (e[1] - e[0]).perp_dot(p - e[0]);
-    let crosses =
-        |e: Edge, f: Edge| side(e, f[0]) * side(e, f[1]) < 0.0 && side(f, e[0]) * side(f, e[1]) < 0.0;
+    let crosses = |e: Edge, f: Edge| side(e, f[0]) * side(e, f[1]) < 0.0 && side(f, e[0]) * side(f, e[1]) < 0.0;
     if crosses(a, b) {
         return 0.0;
     }

@@ -9,9 +9,9 @@
 use super::layout::{Gap, Pose};
 use super::mask::Mask;
 use super::outline::{self, Outlines};
+use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Workers, for_each_chunk};
-use crate::base::real;
 use core::f64::consts::{FRAC_PI_2, PI};
 use core::ops::Range;
 use glam::DVec2;
@@ -266,11 +266,11 @@ fn upright_angle(hull: &[DVec2]) -> f64 {
 /// The raster square: what is blocked, and how far each cell is from that.
 struct Board<'a> {
     side: usize,
-    usable: usize,           // cells a side that charts may take
-    blocked: &'a mut [u64],  // (side, side / 64)
-    distance: &'a mut [u8],  // (side, side): chessboard, up to 255
-    farthest: &'a mut [u8],  // (side, side / 64): largest distance in 64 cells
-    buffer: &'a mut [u64],   // a row
+    usable: usize,          // cells a side that charts may take
+    blocked: &'a mut [u64], // (side, side / 64)
+    distance: &'a mut [u8], // (side, side): chessboard, up to 255
+    farthest: &'a mut [u8], // (side, side / 64): largest distance in 64 cells
+    buffer: &'a mut [u64],  // a row
 }
 
 impl<'a> Board<'a> {
@@ -309,7 +309,8 @@ impl<'a> Board<'a> {
         for y in floor..(limit + 1).checked_sub(mask.height)? {
             let row = &self.distance[(y + py) * side..][..side];
             let far = &self.farthest[(y + py) * words..][..words];
-            for (block, _) in far.iter().enumerate().take(last / 64 + 1).skip(first / 64).filter(|f| *f.1 >= pole.depth) {
+            for (block, _) in far.iter().enumerate().take(last / 64 + 1).skip(first / 64).filter(|f| *f.1 >= pole.depth)
+            {
                 let from = first.max(block * 64);
                 let cells = &row[from..last.min(block * 64 + 63) + 1];
                 for (i, _) in cells.iter().enumerate().filter(|c| *c.1 >= pole.depth) {
@@ -443,7 +444,9 @@ fn shift_into(row: &mut [u64], bits: &[u64], x: usize) {
         if let Some(r) = row.get_mut(word + i) {
             *r |= b << shift;
         }
-        if shift > 0 && let Some(r) = row.get_mut(word + i + 1) {
+        if shift > 0
+            && let Some(r) = row.get_mut(word + i + 1)
+        {
             *r |= b >> (64 - shift);
         }
     }

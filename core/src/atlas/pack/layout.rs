@@ -136,11 +136,12 @@ pub fn pack(
     let gap = Gap { texels: settings.padding as f64 + SLACK, size: settings.size.max(1) as f64 };
     let (mut side, padding) = shelf::place(poses, &outlines, &gap, &mut frame)?;
     square::place(poses, &mut side, &outlines);
+    let kept = if padding >= gap.texels { settings.padding as f64 } else { f64::max(padding - SLACK, 0.0) };
     if padding >= gap.texels {
         fill::improve(poses, &mut side, &outlines, &gap, &mut frame, workers)?;
         separate::improve(poses, &mut side, &outlines, &gap, settings, &mut frame, workers)?;
     }
-    Ok(finish(placements, poses, &outlines, padding.min(gap.texels) - SLACK))
+    Ok(finish(placements, poses, &outlines, kept))
 }
 
 /// The distance that charts keep: texels of a texture.

@@ -142,9 +142,10 @@ impl<'a> Mask<'a> {
             relax_row(row, below.get(..w), true);
             let part = &mut best[y * 4 / h * 4..][..4];
             for (i, pole) in part.iter_mut().enumerate() {
-                for x in (i * w).div_ceil(4)..((i + 1) * w).div_ceil(4) {
-                    if row[x] > pole.depth {
-                        *pole = Pole { x: x as i32, y: y as i32, depth: row[x] };
+                let first = (i * w).div_ceil(4);
+                for (x, &depth) in row[first..((i + 1) * w).div_ceil(4)].iter().enumerate() {
+                    if depth > pole.depth {
+                        *pole = Pole { x: (first + x) as i32, y: y as i32, depth };
                     }
                 }
             }

@@ -30,7 +30,9 @@ const CHECK_WORK: f64 = 5e5;
 /// Bytes that [`improve`] takes.
 pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
     let count = if chart_count > SEPARATE_MAX { 0 } else { chart_count };
-    let lane = bytes_for::<Pose>(count) + bytes_for::<Body>(count) + bytes_for::<u32>(count)
+    let lane = bytes_for::<Pose>(count)
+        + bytes_for::<Body>(count)
+        + bytes_for::<u32>(count)
         + 3 * bytes_for::<f32>(count * count);
     if count == 0 { 0 } else { field::need(edge_count, count) + LANES * lane }
 }
@@ -286,7 +288,11 @@ impl Lane<'_> {
             let random = [self.draw(), self.draw(), self.draw()];
             let body = if sample < global {
                 // Anywhere, at any turn; every other one at a quarter turn from now.
-                let angle = if sample % 2 == 0 { random[2] * TAU } else { now.angle + (random[2] * 4.0) as u32 as f64 * PI / 2.0 };
+                let angle = if sample % 2 == 0 {
+                    random[2] * TAU
+                } else {
+                    now.angle + (random[2] * 4.0) as u32 as f64 * PI / 2.0
+                };
                 self.anywhere(chart, angle, random[0], random[1])
             } else {
                 let reach = 0.1 * self.outlines.radius[chart];
@@ -368,7 +374,11 @@ impl Lane<'_> {
                 }
             }
             let factor = if better { 1.1 } else { 0.6 };
-            if axis < 4 { step *= factor } else { spin *= factor }
+            if axis < 4 {
+                step *= factor
+            } else {
+                spin *= factor
+            }
             if spin * radius < finest {
                 spin = finest / radius;
                 step *= if better { 1.0 } else { 0.8 };
@@ -421,15 +431,7 @@ impl Lane<'_> {
 }
 
 /// How deep the border points of `a` lie in `b` grown by `gap`; and the look-ups it took.
-fn one_way(
-    fields: &Fields,
-    a: &Shape,
-    body_a: &Body,
-    b: &Shape,
-    body_b: &Body,
-    gap: f32,
-    limit: f32,
-) -> (f32, u32) {
+fn one_way(fields: &Fields, a: &Shape, body_a: &Body, b: &Shape, body_b: &Body, gap: f32, limit: f32) -> (f32, u32) {
     let back = Vec2::new(body_b.turn.x, -body_b.turn.y);
     let turn = back.rotate(body_a.turn);
     let shift = back.rotate(body_a.at - body_b.at);
