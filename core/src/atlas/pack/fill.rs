@@ -34,7 +34,7 @@ struct Plan {
 /// and 8 turns .685 in 0.7 of the time; at 4802 charts a lane takes 4 s of CPU time.
 const PLANS: [Plan; 4] = [
     Plan { charts: 32, raster: 256, turns: 8, lanes: 2 },
-    Plan { charts: 160, raster: 512, turns: 8, lanes: 2 },
+    Plan { charts: 160, raster: 1024, turns: 16, lanes: 2 },
     Plan { charts: 1000, raster: 1024, turns: 16, lanes: 2 },
     Plan { charts: usize::MAX, raster: 1024, turns: 4, lanes: 1 },
 ];

@@ -12,9 +12,9 @@ use super::field::{self, Fields};
 use super::layout::{Gap, Pose, SEPARATE_MAX, Settings};
 use super::outline::{self, Outlines};
 use super::{clearance, field::Shape};
-use crate::base::random;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Workers, for_each_chunk};
+use crate::base::{random, real};
 use core::f64::consts::{PI, TAU};
 use glam::{DVec2, Vec2};
 
@@ -135,7 +135,7 @@ impl Lane<'_> {
 
     /// Explores with steps of a few percent, then compresses with finer ones, within `budget` look-ups.
     fn search(&mut self, budget: f64) {
-        let mut shrink = 0.02;
+        let mut shrink = f64::min(0.02, 0.06 / real::sqrt(self.count() as f64));
         let mut fails = 0;
         while self.work < budget {
             let late = self.work > 0.7 * budget;
