@@ -216,6 +216,29 @@ fn nothing_and_coordinates_that_are_no_numbers_do_no_harm() {
 }
 
 #[test]
+fn extreme_scales_are_packed_or_left_but_never_panic() {
+    for scale in [1e-300, 1e-150, 1e-12, 1e12, 1e150, 1e300] {
+        let mut set = (0..4).fold(Set::default(), |set, _| set.star(12, 6));
+        set.uv.iter_mut().for_each(|p| *p *= scale);
+        let settings = Settings { effort: 0.02, ..Settings::default() };
+        let (placements, _) = set.pack(&settings);
+        if (1e-12..=1e12).contains(&scale) {
+            assert!(set.least_distance(&placements) * 1024.0 >= 2.0);
+        }
+    }
+}
+
+#[test]
+fn a_chart_as_wide_as_the_square_is_packed() {
+    let set =
+        Set::default().boxes(&[[0.0, 0.0, 9.0, 0.5]]).boxes(&[[0.0, 0.0, 9.0, 0.1]]).boxes(&[[0.0, 0.0, 0.1, 0.1]]);
+    let settings = Settings { effort: 0.05, ..Settings::default() };
+    let (placements, summary) = set.pack(&settings);
+    set.assert_valid(&placements, &summary, &settings);
+    assert!(summary.utilisation > 5.4 / 81.0 * 0.98, "{summary:?}");
+}
+
+#[test]
 fn padding_that_cannot_be_kept_is_reported() {
     let set = (0..64).fold(Set::default(), |set, _| set.star(9, 4));
     let (placements, summary) = set.pack(&Settings { size: 16, padding: 8, ..Settings::default() });

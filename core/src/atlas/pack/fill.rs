@@ -305,7 +305,10 @@ impl<'a> Board<'a> {
         let (side, words) = (self.side, self.side / 64);
         let pole = mask.poles.first()?;
         let (px, py) = (pole.x as usize, pole.y as usize);
-        let (first, last) = (px, (self.usable + px).checked_sub(mask.width)?);
+        if mask.width > self.usable {
+            return None;
+        }
+        let (first, last) = (px, self.usable + px - mask.width);
         for y in floor..(limit + 1).checked_sub(mask.height)? {
             let row = &self.distance[(y + py) * side..][..side];
             let far = &self.farthest[(y + py) * words..][..words];

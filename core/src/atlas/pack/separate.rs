@@ -22,6 +22,14 @@ use glam::{DVec2, Vec2};
 const LANES: usize = 2;
 /// Look-ups a lane for effort 1: about 5 ns each.
 const WORK: f64 = 6e7;
+/// Places that a colliding chart tries all over the square, and near its own. 40 and 16 fill 1 % less.
+const GLOBAL: usize = 16;
+const LOCAL: usize = 10;
+/// Places that are refined. 4 fill 1 % less.
+const REFINED: usize = 2;
+/// Sweeps without 2 % less overlap before an attempt is given up. Over eight atlases of 3 to 39 charts, 12 fills .705 of
+/// the square on the mean, 7 .693, 25 .692 and 60 .686.
+const PATIENCE: usize = 12;
 /// Rounds of the exact check, each with wider gaps between the pairs that failed the last.
 const CHECKS: usize = 40;
 /// Look-ups a round.
@@ -146,7 +154,7 @@ impl Lane<'_> {
             if fails > 0 && !late {
                 self.disrupt();
             }
-            if self.resolve(budget, 12) {
+            if self.resolve(budget, PATIENCE) {
                 self.keep();
                 fails = 0;
             } else {
@@ -169,7 +177,7 @@ impl Lane<'_> {
                 return Ok(false);
             }
             if round > 0 {
-                self.resolve(self.work + CHECK_WORK, 30);
+                self.resolve(self.work + CHECK_WORK, 2 * PATIENCE);
             }
             self.keep();
             let bound = self.gap.within(self.side);
@@ -280,13 +288,12 @@ impl Lane<'_> {
     /// Moves a chart to the least weighted overlap that samples and descent find, if that is less than now.
     fn relocate(&mut self, chart: usize) {
         let now = self.bodies[chart];
-        let mut best = heapless::Vec::<(f32, Body), 2>::new();
+        let mut best = heapless::Vec::<(f32, Body), REFINED>::new();
         let loss = self.loss(chart, &now, f32::INFINITY);
         let _ = best.push((loss, now));
-        let (global, local) = (16, 10);
-        for sample in 0..global + local {
+        for sample in 0..GLOBAL + LOCAL {
             let random = [self.draw(), self.draw(), self.draw()];
-            let body = if sample < global {
+            let body = if sample < GLOBAL {
                 // Anywhere, at any turn; every other one at a quarter turn from now.
                 let angle = if sample % 2 == 0 {
                     random[2] * TAU
@@ -302,7 +309,7 @@ impl Lane<'_> {
                 self.inside(chart, Body { at: now.at + step.as_vec2(), turn, angle })
             };
             let Some(body) = body else { continue };
-            let limit = if best.is_full() { best[1].0 } else { f32::INFINITY };
+            let limit = if best.is_full() { best[REFINED - 1].0 } else { f32::INFINITY };
             let loss = self.loss(chart, &body, limit);
             if loss < limit {
                 if best.is_full() {
