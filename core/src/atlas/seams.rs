@@ -111,6 +111,16 @@ pub fn make_charts(
     }
     flatten(uv, cut, surface, scratch.frame(), workers)?;
     let changed = scratch.take::<u8>(faces)?;
+    if !large && !budget.one {
+        for _ in 0..COMPACTIONS {
+            changed.fill(0);
+            if split_bulky(cut, changed, uv, surface, scratch.frame())? == 0 {
+                break;
+            }
+            relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
+        }
+        part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
+    }
     let goal = 1.0 + SPEND * (budget.distortion - 1.0);
     for _ in 0..ROUNDS {
         if !proceed() {
@@ -126,16 +136,6 @@ pub fn make_charts(
         relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
     }
     part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
-    if !large && !budget.one {
-        for _ in 0..COMPACTIONS {
-            changed.fill(0);
-            if split_bulky(cut, changed, uv, surface, scratch.frame())? == 0 {
-                break;
-            }
-            relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
-        }
-        part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
-    }
     for _ in 0..GLUINGS {
         changed.fill(0);
         if glue_small(uv, cut, changed, surface, scratch.frame())? == 0 {
