@@ -111,15 +111,9 @@ pub fn make_charts(
     }
     flatten(uv, cut, surface, scratch.frame(), workers)?;
     let changed = scratch.take::<u8>(faces)?;
-    if !large && !budget.one {
-        for _ in 0..COMPACTIONS {
-            changed.fill(0);
-            if split_bulky(cut, changed, uv, surface, scratch.frame())? == 0 {
-                break;
-            }
-            relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
-        }
-        part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
+    let compact = !large && !budget.one;
+    if compact {
+        part_bulky(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
     }
     let goal = 1.0 + SPEND * (budget.distortion - 1.0);
     for _ in 0..ROUNDS {
@@ -136,6 +130,9 @@ pub fn make_charts(
         relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
     }
     part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
+    if compact {
+        part_bulky(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
+    }
     for _ in 0..GLUINGS {
         changed.fill(0);
         if glue_small(uv, cut, changed, surface, scratch.frame())? == 0 {
@@ -145,6 +142,26 @@ pub fn make_charts(
         part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
     }
     Ok(())
+}
+
+/// Splits charts until none is bulky or overlaps itself.
+fn part_bulky(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    changed: &mut [u8],
+    surface: &Surface,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut() -> bool,
+) -> Result<(), SeamError> {
+    for _ in 0..COMPACTIONS {
+        changed.fill(0);
+        if split_bulky(cut, changed, uv, surface, scratch.frame())? == 0 {
+            break;
+        }
+        relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
+    }
+    part_overlaps(uv, cut, changed, surface, scratch, workers, proceed)
 }
 
 /// Splits charts until none overlaps itself.
