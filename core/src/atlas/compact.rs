@@ -17,7 +17,7 @@ const SAMPLES: usize = 32;
 /// Empty hull area, over all area, from which a chart is looked at.
 const EMPTY: f64 = 0.02;
 /// Hull area, over all area, that one unit of seam cost (over the square root of all area) must save.
-const PRICE: f64 = 0.085;
+const PRICE: f64 = 0.093;
 
 /// Scratch bytes for [`split_bulky`].
 pub fn compact_need(faces: usize) -> usize {
