@@ -110,6 +110,10 @@ fn bounds(positions: &[Vec3], face: [u32; 3]) -> (Vec3, Vec3) {
 mod tests {
     use super::*;
 
+    fn build(nodes: &mut [Node], order: &mut [u32], positions: &[Vec3], faces: &[[u32; 3]]) -> usize {
+        Obvhs.build(nodes, order, positions, faces, Scratch::new(&mut [])).unwrap()
+    }
+
     /// A strip of `count` triangles.
     fn strip(count: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         let positions = (0..count + 2).map(|i| Vec3::new(i as f32, (i % 2) as f32, (i * i % 7) as f32)).collect();
@@ -146,7 +150,7 @@ mod tests {
         for count in [1, 2, 3, 100, 5000] {
             let (positions, faces) = strip(count);
             let (mut nodes, mut order) = (vec![Node::default(); 2 * count], vec![0; count]);
-            let used = Obvhs.build(&mut nodes, &mut order, &positions, &faces);
+            let used = build(&mut nodes, &mut order, &positions, &faces);
             assert!((1..2 * count).contains(&used));
             check(&nodes, &order, &positions, &faces);
         }
@@ -169,12 +173,12 @@ mod tests {
         let (positions, faces) = strip(1);
         let faces = vec![faces[0]; 1000];
         let (mut nodes, mut order) = (vec![Node::default(); 2000], vec![0; 1000]);
-        Obvhs.build(&mut nodes, &mut order, &positions, &faces);
+        build(&mut nodes, &mut order, &positions, &faces);
         check(&nodes, &order, &positions, &faces);
     }
 
     #[test]
     fn no_face_is_no_node() {
-        assert_eq!(Obvhs.build(&mut [], &mut [], &[], &[]), 0);
+        assert_eq!(build(&mut [], &mut [], &[], &[]), 0);
     }
 }
