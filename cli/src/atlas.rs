@@ -1,4 +1,7 @@
 //! Core's pipeline with the memory, threads and library that a desktop has.
+//!
+//! Core says beforehand how much memory it wants, an estimate from above for meshes as they occur. Where a mesh needs
+//! more, the run starts again with twice as much, until the machine has no more to give; the result is the same.
 
 use crate::failure::Failure;
 use crate::hierarchy::Obvhs;
@@ -38,15 +41,31 @@ pub fn make(
         kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
     };
     let mut atlas = empty(mesh);
-    let mut memory = memory(unwrap_need(&input, settings, &Obvhs))?;
-    let output = Output {
-        corner_uv: &mut atlas.corner_uv,
-        polygon_chart: &mut atlas.polygon_chart,
-        exposure: &mut atlas.exposure,
-    };
-    let result = unwrap(output, &input, settings, &Obvhs, Scratch::new(&mut memory), workers, progress);
+    let result = with_enough(unwrap_need(&input, settings, &Obvhs), |bytes| {
+        let output = Output {
+            corner_uv: &mut atlas.corner_uv,
+            polygon_chart: &mut atlas.polygon_chart,
+            exposure: &mut atlas.exposure,
+        };
+        unwrap(output, &input, settings, &Obvhs, Scratch::new(bytes), workers, progress)
+    })?;
     atlas.report = result.map_err(|e| failure(loaded, e))?;
     if stop_requested() { Err(Failure::Stopped) } else { Ok(atlas) }
+}
+
+/// Runs `work` with `need` bytes, and with twice as many as often as it asks for more. The error is that there are no
+/// more; what else `work` says is handed on.
+fn with_enough<T>(
+    mut need: usize,
+    mut work: impl FnMut(&mut [u8]) -> Result<T, UnwrapError>,
+) -> Result<Result<T, UnwrapError>, Failure> {
+    loop {
+        match work(&mut memory(need)?) {
+            // usize::MAX: more than its indices can number, whatever the memory.
+            Err(UnwrapError::Scratch(e)) if e.need > e.given && e.need < usize::MAX => need = need.saturating_mul(2),
+            result => return Ok(result),
+        }
+    }
 }
 
 fn empty(mesh: &Mesh) -> Atlas {
@@ -69,7 +88,10 @@ fn memory(need: usize) -> Result<Box<[u8]>, Failure> {
 fn failure(loaded: &Loaded, error: UnwrapError) -> Failure {
     match error {
         UnwrapError::Cancelled => Failure::Stopped,
-        UnwrapError::Scratch(e) => Failure::Unreached(format!("{}: {e}; please report this", loaded.path.display())),
+        UnwrapError::Scratch(_) => Failure::Unreached(format!(
+            "{}: more corners than 32 bits can number; simplify the mesh or unwrap its parts",
+            loaded.path.display()
+        )),
         other => Failure::Input(format!("{}: {other}; repair the mesh", loaded.path.display())),
     }
 }
@@ -77,10 +99,27 @@ fn failure(loaded: &Loaded, error: UnwrapError) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use seamwright_core::base::scratch::ScratchTooSmall;
 
     #[test]
     fn memory_that_nobody_has_is_an_error() {
         assert_eq!(memory(usize::MAX).map(|_| ()).map_err(|e| e.code()), Err(5));
         assert!(memory(1000).is_ok_and(|m| m.iter().all(|b| *b == 0)));
+    }
+
+    #[test]
+    fn memory_is_doubled_until_it_is_enough_or_there_is_none() {
+        fn short<T>(need: usize, given: usize) -> Result<T, UnwrapError> {
+            Err(UnwrapError::Scratch(ScratchTooSmall { need, given }))
+        }
+        let mut tries = vec![];
+        let done = with_enough(100, |bytes| {
+            tries.push(bytes.len());
+            if bytes.len() < 350 { short(40, 7) } else { Ok(bytes.len()) }
+        });
+        assert_eq!((done, tries), (Ok(Ok(400)), vec![100, 200, 400]));
+        assert_eq!(with_enough(usize::MAX / 3, |_| short::<()>(2, 1)).map_err(|e| e.code()), Err(5));
+        assert_eq!(with_enough(1, |_| short::<()>(usize::MAX, 1)), Ok(short(usize::MAX, 1)));
+        assert_eq!(with_enough(1, |_| Err::<(), _>(UnwrapError::Cancelled)), Ok(Err(UnwrapError::Cancelled)));
     }
 }
