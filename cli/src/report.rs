@@ -171,15 +171,12 @@ impl ResultReport {
     pub fn warnings(&self) -> Vec<String> {
         let repaired = &self.repaired;
         let told = [
-            (self.flipped, "faces are flipped or have no area in UV; they have hardly any in space either"),
-            (self.overlapping, "faces overlap in UV: the mesh defeated the splitting; please report it"),
-            (repaired.dropped_polygons, "polygons have no three different corners; their UVs lie on a neighbour's"),
-            (
-                repaired.split_edges,
-                "edges have more than two faces, or faces that disagree about the outside; cut there",
-            ),
+            ("faces that are flipped or have no area in UV", self.flipped),
+            ("faces that overlap another in UV", self.overlapping),
+            ("polygons without three different corners, whose UVs are a neighbour's", repaired.dropped_polygons),
+            ("edges cut because they have more than two faces or faces of opposite sides", repaired.split_edges),
         ];
-        told.iter().filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}")).collect()
+        told.iter().filter(|(_, count)| *count > 0).map(|(text, count)| format!("{text}: {count}")).collect()
     }
 }
 
