@@ -212,7 +212,7 @@ pub fn unwrap_need(input: &Input, settings: &Settings, bvh: &dyn BuildBvh) -> us
     let triangles =
         input.polygon_start.windows(2).map(|p| (p[1].saturating_sub(p[0]) as usize).saturating_sub(2)).sum();
     let polygons = input.polygons();
-    let vertices = (input.positions.len() + 64).min(3 * triangles);
+    let vertices = (input.positions.len().max(triangles) + 64).min(3 * triangles);
     let rays = 3 * bytes_for::<DVec3>(vertices) + Scene::need(triangles, bvh) + exposure_need(settings.rays as usize);
     let pieces = pieces_need(triangles) + make_charts_need(triangles, vertices) + 64 * triangles;
     let packing = pack_need(triangles, triangles.min(CHARTS_FORESEEN), &settings.pack()) + overlaps_need(triangles);

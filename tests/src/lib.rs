@@ -40,3 +40,4 @@ pub fn load_obj(path: &str) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     positions.iter_mut().for_each(|p| *p = (*p - (low + high) * 0.5) * scale);
     (positions, faces)
 }
+pub mod fixtures;

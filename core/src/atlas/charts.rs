@@ -5,7 +5,7 @@
 //! alone.
 
 use super::energy::Rest;
-use super::flatten::tutte;
+use super::flatten::{tutte, unfold};
 use super::relax::{Piece, Relaxed, Stop, relax, relax_need};
 use super::surface::Surface;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -76,7 +76,8 @@ struct Job<'j> {
     x: &'j mut [DVec2],
     at: &'j mut [DVec3],
     inner: usize,
-    border: &'j [u32], // corners whose half-edges are the border, in order
+    border: &'j [u32],      // corners whose half-edges are the border, in order
+    beside: &'j [[u32; 3]], // neighbours of each triangle, where there are no inner nodes
     scratch: Option<Scratch<'j>>,
     result: Result<Relaxed, ScratchTooSmall>,
 }
@@ -149,6 +150,7 @@ pub fn job_need(faces: usize) -> usize {
         + bytes_for::<Rest>(faces)
         + bytes_for::<DVec2>(nodes)
         + bytes_for::<DVec3>(nodes)
+        + bytes_for::<[u32; 3]>(faces)
         + 2 * bytes_for::<u32>(nodes)
         + relax_need(nodes, faces, 3 * faces)
 }
@@ -201,7 +203,15 @@ fn take_out<'j>(
             c = surface.following(cut, c);
         }
     }
-    Ok(Job { faces, triangles, rest, x, at, inner, border, scratch: None, result: Ok(Relaxed::default()) })
+    let beside = scratch.take_filled::<[u32; 3]>(if inner == 0 { faces.len() } else { 0 }, [NONE; 3])?;
+    for (b, f) in beside.iter_mut().zip(faces) {
+        for i in 0..3 {
+            if let Some(t) = surface.across(cut, 3 * f + i) {
+                b[i as usize] = local_face(faces, t / 3);
+            }
+        }
+    }
+    Ok(Job { faces, triangles, rest, x, at, inner, border, beside, scratch: None, result: Ok(Relaxed::default()) })
 }
 
 /// Place of a face in the ascending list of its chart's faces.
@@ -219,6 +229,10 @@ impl Job<'_> {
         let piece = Piece { triangles: self.triangles, rest: self.rest, free: self.x.len(), at: self.at, springs: &[] };
         match work {
             Work::Relax(stop) => relax(self.x, &piece, stop, scratch),
+            Work::Flatten(_) if self.inner == 0 => {
+                unfold(self.x, &piece, self.beside, scratch.frame())?;
+                relax(self.x, &piece, Stop { steps: 0, tolerance: 0.0 }, scratch)
+            }
             Work::Flatten(stop) => {
                 tutte(self.x, &piece, self.inner, self.border, scratch.frame())?;
                 relax(self.x, &piece, stop, scratch)

@@ -11,7 +11,8 @@ use super::surface::Surface;
 use crate::base::heap::Heap;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::union_find::UnionFind;
-use crate::mesh::view::{NONE, next};
+use crate::mesh::view::{MeshView, NONE, next};
+use glam::DVec3;
 
 /// Sample points of the mean distance.
 const SAMPLES: usize = 8;
@@ -123,17 +124,52 @@ impl Reached<'_, '_> {
 }
 
 /// Marks cuts so that every component becomes one disk whose border passes all tips.
-pub fn cut_to_disks(cut: &mut [u8], surface: &Surface, mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+pub fn cut_to_disks(cut: &mut [u8], surface: &Surface, scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    cut_where_not_disks(cut, surface, true, scratch)
+}
+
+/// As [`cut_to_disks`]; without `tips` only what the topology asks for.
+fn cut_where_not_disks(
+    cut: &mut [u8],
+    surface: &Surface,
+    tips: bool,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
     let n = surface.mesh.positions.len();
     let component = scratch.take::<u32>(n)?;
     let count = components(component, surface);
     let loops = scratch.take_filled::<u32>(n, NONE)?; // border loop of each vertex
     let loop_count = border_loops(loops, surface);
     let tip = scratch.take::<u8>(n)?;
-    find_tips(tip, component, count, surface, scratch.frame())?;
+    if tips || loop_count < count {
+        find_tips(tip, component, count, surface, scratch.frame())?;
+    }
     let joined = scratch.take::<u8>(n)?; // vertices on the cut graph so far
     cut_handles(cut, joined, loops, loop_count, component, surface, scratch.frame())?;
     join(cut, joined, tip, loops, component, count, surface, scratch)
+}
+
+/// Cuts on where cuts have left charts that are not disks: each chart by itself, as a mesh whose border the cuts are.
+pub fn disks_again(cut: &mut [u8], surface: &Surface, mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    let corners = surface.mesh.corner_count();
+    let node = scratch.take::<[u32; 3]>(surface.mesh.faces.len())?;
+    let count = surface.wedges(cut, node.as_flattened_mut());
+    let positions = scratch.take::<DVec3>(count)?;
+    let twin = scratch.take::<u32>(corners)?;
+    for c in 0..corners {
+        positions[node.as_flattened()[c] as usize] = surface.mesh.position(c as u32);
+        twin[c] = surface.across(cut, c as u32).unwrap_or(NONE);
+    }
+    let mesh = MeshView { positions, faces: node };
+    let parted = Surface::new(mesh, twin, surface.rest, surface.cost, &mut scratch)?;
+    let more = scratch.take::<u8>(corners)?;
+    cut_where_not_disks(more, &parted, false, scratch)?;
+    for c in 0..corners as u32 {
+        if more[c as usize] != 0 {
+            surface.set_cut(cut, c, true);
+        }
+    }
+    Ok(())
 }
 
 /// Component of each vertex; returns their count. Vertices without faces are components of their own.

@@ -11,6 +11,10 @@ use crate::base::real::sqrt;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
+/// Weight of a triangle without area, over that of the shape it is given: enough to hold its orientation, too little to
+/// bend its neighbours.
+const FLAT_WEIGHT: f64 = 1e-3;
+
 /// A triangle's rest shape: corner 0 at the origin, corner 1 on the x axis; `inverse` is the inverse of its edge matrix
 /// (upper triangular: a b / 0 d).
 #[repr(C)]
@@ -19,8 +23,10 @@ pub struct Rest {
     a: f64,
     b: f64,
     d: f64,
-    /// Area of the triangle.
+    /// Area of the triangle in space.
     pub area: f64,
+    /// Its weight in an energy: the area, or a trifle for a triangle that has none.
+    pub weight: f64,
 }
 
 impl Rest {
@@ -38,9 +44,10 @@ impl Rest {
             let n = u.cross(v);
             sqrt(n.dot(n))
         };
-        let twice = twice.max(exact).max(tiny * tiny).max(f64::MIN_POSITIVE);
-        let y = twice / lu;
-        Self { a: 1.0 / lu, b: -x / (lu * y), d: 1.0 / y, area: 0.5 * twice }
+        let held = twice.max(exact).max(tiny * tiny).max(f64::MIN_POSITIVE);
+        let y = held / lu;
+        let (area, weight) = (0.5 * exact, (0.5 * exact).max(0.5 * FLAT_WEIGHT * held));
+        Self { a: 1.0 / lu, b: -x / (lu * y), d: 1.0 / y, area, weight }
     }
 
     /// Jacobian from the rest shape to the UV triangle, columns first: (dU/dx, dU/dy).
@@ -48,6 +55,29 @@ impl Rest {
     pub fn jacobian(&self, x: [DVec2; 3]) -> [DVec2; 2] {
         let (u, v) = (x[1] - x[0], x[2] - x[0]);
         [u * self.a, u * self.b + v * self.d]
+    }
+
+    /// The place of corner 2 over the edge from corner 0 at `p` to corner 1 at `q`, congruent to the rest shape but for the
+    /// length of that edge.
+    pub fn unfold(&self, p: DVec2, q: DVec2) -> DVec2 {
+        let x = (q - p) * self.a; // the rest shape's x axis
+        let (along, up) = (-self.b / (self.a * self.d), 1.0 / self.d);
+        p + x * along + x.perp() * up
+    }
+
+    /// Length of the rest shape's edge from corner 0 to corner 1.
+    pub fn base(&self) -> f64 {
+        1.0 / self.a
+    }
+
+    /// The same shape named from corner 1.
+    pub fn turned(&self) -> Self {
+        let (l, x, y) = (1.0 / self.a, -self.b / (self.a * self.d), 1.0 / self.d);
+        // Corner 1 at the origin, corner 2 on the x axis.
+        let (u, v) = (DVec2::new(x - l, y), DVec2::new(-l, 0.0));
+        let length = sqrt(u.dot(u));
+        let (along, up) = (u.dot(v) / length, u.perp_dot(v) / length);
+        Self { a: 1.0 / length, b: -along / (length * up), d: 1.0 / up, ..*self }
     }
 
     /// Gradients of the three corners' hat functions in the rest frame.
@@ -96,9 +126,9 @@ impl Rest {
     }
 
     /// Gradient (6) and the lower triangle of the projected Hessian (6 x 6, row by row) over the three corners, both times
-    /// `weight`.
+    /// the triangle's weight.
     #[inline]
-    pub fn derivatives(&self, x: [DVec2; 3], weight: f64) -> ([f64; 6], [f64; 21]) {
+    pub fn derivatives(&self, x: [DVec2; 3]) -> ([f64; 6], [f64; 21]) {
         let [c0, c1] = self.jacobian(x);
         let (a, b) = (0.5 * (c0.x + c1.y), 0.5 * (c0.y - c1.x));
         let (c, d) = (0.5 * (c0.x - c1.y), 0.5 * (c0.y + c1.x));
@@ -117,7 +147,7 @@ impl Rest {
         let flip = [DVec2::new(-md, mc) * root, DVec2::new(mc, md) * root];
         let (i1, i2) = (1.0 / s1, 1.0 / s2);
         let (i1c, i2c) = (i1 * i1 * i1, i2 * i2 * i2);
-        let w = weight * self.area;
+        let w = self.weight;
         let cubes = i1c * i2c;
         let lambda = [
             2.0 + 6.0 * i1c * i1,
@@ -171,7 +201,7 @@ mod tests {
         let x = [DVec2::ZERO, DVec2::new(0.0, 1.0), DVec2::new(-0.8, 0.3)];
         // A few roundings of values near 1.
         assert!((rest.energy(x) - 4.0).abs() < 1e-13);
-        assert!(rest.derivatives(x, 1.0).0.iter().all(|g| g.abs() < 1e-13));
+        assert!(rest.derivatives(x).0.iter().all(|g| g.abs() < 1e-13));
     }
 
     #[test]
@@ -181,14 +211,14 @@ mod tests {
             if rest.energy(x) > 20.0 {
                 continue; // nearly flat: the third derivative is too large for differences
             }
-            let (gradient, _) = rest.derivatives(x, 1.0);
+            let (gradient, _) = rest.derivatives(x);
             let h = 1e-6;
             for i in 0..6 {
                 let mut ends = [0.0; 2];
                 for (end, sign) in ends.iter_mut().zip([h, -h]) {
                     let mut y = x;
                     y[i / 2][i % 2] += sign;
-                    *end = rest.energy(y) * rest.area;
+                    *end = rest.energy(y) * rest.weight;
                 }
                 let difference = (ends[0] - ends[1]) / (2.0 * h);
                 // Truncation h^2 psi''' and rounding eps psi / h, both below 1e-8 of the scale here.
@@ -208,13 +238,13 @@ mod tests {
                 continue;
             }
             compared += 1;
-            let (_, hessian) = rest.derivatives(x, 1.0);
+            let (_, hessian) = rest.derivatives(x);
             let h = 1e-6;
             for i in 0..6 {
                 let (mut up, mut down) = (x, x);
                 up[i / 2][i % 2] += h;
                 down[i / 2][i % 2] -= h;
-                let (up, down) = (rest.derivatives(up, 1.0).0, rest.derivatives(down, 1.0).0);
+                let (up, down) = (rest.derivatives(up).0, rest.derivatives(down).0);
                 for j in 0..=i {
                     let difference = (up[j] - down[j]) / (2.0 * h);
                     let entry = hessian[i * (i + 1) / 2 + j];
@@ -243,8 +273,8 @@ mod tests {
     #[test]
     fn a_triangle_of_no_area_gets_a_shape() {
         let rest = Rest::new([DVec3::ZERO, DVec3::X, DVec3::X * 0.5], 1e-6);
-        assert!(rest.area > 0.0 && rest.d.is_finite());
+        assert!(rest.weight > 0.0 && rest.d.is_finite());
         let point = Rest::new([DVec3::ZERO; 3], 1e-6);
-        assert!(point.area > 0.0 && point.b.is_finite());
+        assert!(point.weight > 0.0 && point.b.is_finite());
     }
 }

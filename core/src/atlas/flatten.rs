@@ -6,7 +6,47 @@
 use super::relax::{Piece, Spring, System, add_spring};
 use crate::base::real::{cos, sin, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::mesh::view::NONE;
 use glam::DVec2;
+
+/// Writes `x` for a piece without inner nodes: its triangles hang together like a tree, so each is laid down congruent
+/// beside the one before it. `beside` holds the triangle across each half-edge, or `NONE`.
+pub fn unfold(
+    x: &mut [DVec2],
+    piece: &Piece,
+    beside: &[[u32; 3]],
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let placed = scratch.take::<u8>(beside.len())?;
+    let queue = scratch.take::<u32>(beside.len())?;
+    let Some(first) = piece.triangles.first() else { return Ok(()) };
+    let base = DVec2::new(piece.rest[0].base(), 0.0);
+    x[first[0] as usize] = DVec2::ZERO;
+    x[first[1] as usize] = base;
+    x[first[2] as usize] = piece.rest[0].unfold(DVec2::ZERO, base);
+    placed[0] = 1;
+    let (mut head, mut tail) = (0, 1);
+    while head < tail {
+        let t = queue[head] as usize;
+        head += 1;
+        for g in beside[t].iter().copied().filter(|g| *g != NONE) {
+            if placed[g as usize] != 0 {
+                continue;
+            }
+            placed[g as usize] = 1;
+            queue[tail] = g;
+            tail += 1;
+            let (mut nodes, mut rest) = (piece.triangles[g as usize], piece.rest[g as usize]);
+            let Some(from) = beside[g as usize].iter().position(|b| *b as usize == t) else { continue };
+            for _ in 0..from {
+                nodes = [nodes[1], nodes[2], nodes[0]];
+                rest = rest.turned();
+            }
+            x[nodes[2] as usize] = rest.unfold(x[nodes[0] as usize], x[nodes[1] as usize]);
+        }
+    }
+    Ok(())
+}
 
 /// Writes `x`: the border on a circle of the piece's area by arc length, nodes `0..inner` at the balance of springs of
 /// stiffness 1 / length. `border` lists the corners (3 triangle + i) whose half-edges are the border, in order; its nodes

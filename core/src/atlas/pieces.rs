@@ -16,7 +16,7 @@ const SMALL: usize = 8;
 /// Pieces that are worked on at the same time.
 const LANES: usize = 8;
 /// Added to every edge length of a rest shape, in units of the mesh's largest side: gives flat faces a shape.
-const MOLLIFY: f64 = 1e-7;
+const MOLLIFY: f64 = 1e-9;
 
 /// All pieces; indices are local to a piece.
 pub struct Pieces<'a> {

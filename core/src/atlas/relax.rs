@@ -184,7 +184,7 @@ pub fn relax_need(nodes: usize, triangles: usize, springs: usize) -> usize {
     let log = (usize::BITS - nodes.leading_zeros()) as usize;
     let factor = nodes * (32 * log + 64) * 4;
     let fronts = nodes * (110 + 144) * 8 + 200_000;
-    let graph = nodes * 160 + triangles * 40 + springs * 48;
+    let graph = nodes * 190 + triangles * 40 + springs * 48;
     factor + fronts + graph + 4096
 }
 
@@ -192,7 +192,7 @@ pub fn relax_need(nodes: usize, triangles: usize, springs: usize) -> usize {
 pub fn energy(piece: &Piece, x: &[DVec2]) -> f64 {
     let mut sum = 0.0;
     for (t, rest) in piece.triangles.iter().zip(piece.rest) {
-        sum += rest.area * rest.energy(t.map(|i| x[i as usize]));
+        sum += rest.weight * rest.energy(t.map(|i| x[i as usize]));
     }
     for s in piece.springs {
         let d = x[s.a as usize] - x[s.b as usize];
@@ -211,7 +211,10 @@ pub fn relax(x: &mut [DVec2], piece: &Piece, stop: Stop, mut scratch: Scratch) -
         return Ok(done);
     }
     let area: f64 = piece.rest.iter().map(|r| r.area).sum();
-    let mut system = System::new(piece, &mut scratch)?;
+    // The map is an embedding of the graph in the plane: short separators, whatever the surface does in space.
+    let at = scratch.take::<DVec3>(free)?;
+    at.iter_mut().zip(x.iter()).for_each(|(a, x)| *a = x.extend(0.0));
+    let mut system = System::new(&Piece { at, ..*piece }, &mut scratch)?;
     let step = scratch.take::<DVec2>(x.len())?; // held nodes keep a zero step
     let gradient = scratch.take::<DVec2>(free)?;
     let trial = scratch.take::<DVec2>(x.len())?;
@@ -221,7 +224,7 @@ pub fn relax(x: &mut [DVec2], piece: &Piece, stop: Stop, mut scratch: Scratch) -
         system.factor(
             |t, matrix| {
                 let nodes = piece.triangles[t];
-                let (g, h) = piece.rest[t].derivatives(nodes.map(|i| x[i as usize]), 1.0);
+                let (g, h) = piece.rest[t].derivatives(nodes.map(|i| x[i as usize]));
                 add_triangle(matrix, nodes, free, &h);
                 for (k, i) in nodes.iter().enumerate() {
                     if (*i as usize) < free {

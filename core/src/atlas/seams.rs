@@ -1,7 +1,7 @@
 //! Seam optimisation: one budget of distortion, spent where it hides most.
 
 use super::charts::{Charts, Work, job_need, work_on};
-use super::cut::{Paths, cut_to_disks};
+use super::cut::{Paths, cut_to_disks, disks_again};
 use super::energy::Rest;
 use super::relax::Stop;
 use super::split::split_overlaps;
@@ -37,8 +37,12 @@ impl From<ScratchTooSmall> for SeamError {
     }
 }
 
+/// A face below this share of the mean area has none to speak of.
+const FLAT: f64 = 1e-9;
 /// Rounds of extension at the most; each adds paths where the distortion is worst.
 const ROUNDS: usize = 80;
+/// Times that charts which rounding has flipped are halved: 2^24 faces end as single polygons.
+const HALVINGS: usize = 26;
 /// Rounds of splitting at the most.
 const SPLITS: usize = 60;
 /// Newton steps of a round: the map need not be at rest before the next cut is chosen.
@@ -97,7 +101,7 @@ pub fn make_charts(
     Ok(())
 }
 
-/// Flattens every chart; where rounding flips a triangle, the chart is cut on until none is.
+/// Flattens every chart; a chart in which rounding flips a triangle is halved until none does.
 fn flatten(
     uv: &mut [DVec2],
     cut: &mut [u8],
@@ -105,9 +109,86 @@ fn flatten(
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
-    let charts = Charts::new(surface, cut, &mut scratch)?;
-    work_on(uv, surface, cut, &charts, |_| true, Work::Flatten(FIRST_STOP), scratch, workers)?;
+    let faces = surface.mesh.faces.len();
+    let changed = scratch.take_filled::<u8>(faces, 1)?;
+    for _ in 0..HALVINGS {
+        {
+            let mut frame = scratch.frame();
+            let charts = Charts::new(surface, cut, &mut frame)?;
+            let touched = |k: usize| charts.faces_of(k).iter().any(|f| changed[*f as usize] != 0);
+            work_on(uv, surface, cut, &charts, touched, Work::Flatten(FIRST_STOP), frame, workers)?;
+        }
+        changed.fill(0);
+        let bad = |f: usize| !surface.rest[f].energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]).is_finite();
+        if halve(cut, changed, surface, bad, scratch.frame())? == 0 {
+            break;
+        }
+        disks_again(cut, surface, scratch.frame())?;
+    }
     Ok(())
+}
+
+/// Parts each chart that has a bad face into two of about equal numbers of faces; marks the faces of those charts and
+/// returns how many charts it parted. A chart of one polygon stays whole.
+fn halve(
+    cut: &mut [u8],
+    changed: &mut [u8],
+    surface: &Surface,
+    bad: impl Fn(usize) -> bool,
+    mut scratch: Scratch,
+) -> Result<usize, ScratchTooSmall> {
+    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let side = scratch.take::<u8>(changed.len())?;
+    let queue = scratch.take::<u32>(changed.len())?;
+    let mut parted = 0;
+    for k in 0..charts.count() {
+        let faces = charts.faces_of(k);
+        if !faces.iter().any(|f| bad(*f as usize)) {
+            continue;
+        }
+        let mut spread = |seeds: &[u32], side: &mut [u8]| {
+            faces.iter().for_each(|f| side[*f as usize] = 0);
+            let (mut head, mut tail) = (0, 0);
+            for (i, seed) in seeds.iter().enumerate() {
+                side[*seed as usize] = 1 + i as u8;
+                queue[tail] = *seed;
+                tail += 1;
+            }
+            while head < tail {
+                let f = queue[head];
+                head += 1;
+                for c in 3 * f..3 * f + 3 {
+                    let Some(t) = surface.across(cut, c) else { continue };
+                    if side[(t / 3) as usize] == 0 {
+                        side[(t / 3) as usize] = side[f as usize];
+                        queue[tail] = t / 3;
+                        tail += 1;
+                    }
+                }
+            }
+            queue[tail - 1] // the farthest face
+        };
+        let a = spread(&faces[..1], side);
+        let b = spread(&[a], side);
+        if a != b {
+            spread(&[a, b], side);
+        }
+        let mut any = false;
+        for c in faces.iter().flat_map(|f| 3 * f..3 * f + 3) {
+            if let Some(t) = surface.across(cut, c)
+                && side[(c / 3) as usize] != side[(t / 3) as usize]
+                && surface.cost[c as usize].is_finite()
+            {
+                surface.set_cut(cut, c, true);
+                any = true;
+            }
+        }
+        if any {
+            faces.iter().for_each(|f| changed[*f as usize] = 1);
+            parted += 1;
+        }
+    }
+    Ok(parted)
 }
 
 /// Relaxes the charts that hold a changed face.
@@ -126,17 +207,21 @@ fn relax_changed(
     Ok(())
 }
 
-/// Mean symmetric Dirichlet energy over 4, after the best global scale.
+/// Mean symmetric Dirichlet energy over 4, after the best global scale. Faces of no area to speak of do not count.
 pub fn distortion(uv: &[DVec2], rest: &[Rest]) -> f64 {
     let (mut stretch, mut shrink, mut area) = (0.0, 0.0, 0.0);
+    let flat = FLAT * rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64;
     for (f, rest) in rest.iter().enumerate() {
+        if rest.area <= flat {
+            continue;
+        }
         let [c0, c1] = rest.jacobian([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
         let (det, norm) = (c0.perp_dot(c1), c0.dot(c0) + c1.dot(c1));
         stretch += rest.area * norm;
         shrink += rest.area * norm / (det * det);
         area += rest.area;
     }
-    sqrt(stretch * shrink) / (2.0 * area)
+    if area > 0.0 { sqrt(stretch * shrink) / (2.0 * area) } else { 1.0 }
 }
 
 /// Adds cuts towards what is too distorted: up to `most` paths that lie apart. Returns how many.

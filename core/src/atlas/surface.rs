@@ -27,12 +27,12 @@ pub struct Surface<'a> {
 
 impl<'a> Surface<'a> {
     /// Lists the corners of each vertex and borrows the rest.
-    pub fn new(
+    pub fn new<'k: 'a>(
         mesh: MeshView<'a>,
         twin: &'a [u32],
         rest: &'a [Rest],
         cost: &'a [f64],
-        keep: &mut Scratch<'a>,
+        keep: &mut Scratch<'k>,
     ) -> Result<Self, ScratchTooSmall> {
         let n = mesh.positions.len();
         let start = keep.take::<u32>(n + 2)?;

@@ -1,0 +1,232 @@
+//! The shape of the code: core's imports point to a lower floor, files are short and open with what they are.
+//!
+//! Floors, lowest first: base; mesh and learn/kernels; rays, segment, learn, atlas, judge (the stages); pipeline. A
+//! module imports from lower floors and from its own folder; so no stage imports another.
+//! `use` trees are expanded and every other path that begins with `crate::` is looked at too. Comments are skipped.
+//! Limit: names that a macro puts together are not seen.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const MAX_LINES: usize = 500;
+/// What core may import from outside.
+const CORE_CRATES: &[&str] = &["core", "libm", "glam", "heapless", "bytemuck", "half"];
+/// What core's own tests may import as well.
+const TEST_CRATES: &[&str] = &["std", "quickcheck", "approx"];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Every .rs file below `folder` of the repository, sorted, with its path from there.
+fn sources(folder: &str) -> Vec<(String, String)> {
+    fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).into_iter().flatten() {
+            let path = entry.expect("a readable folder").path();
+            if path.is_dir() && !path.ends_with("target") {
+                walk(&path, found);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                found.push(path);
+            }
+        }
+    }
+    let base = root().join(folder);
+    let mut found = Vec::new();
+    walk(&base, &mut found);
+    found.sort();
+    let name = |path: &Path| path.strip_prefix(&base).expect("below").to_str().expect("plain names").replace('\\', "/");
+    found.iter().map(|path| (name(path), fs::read_to_string(path).expect("a text file"))).collect()
+}
+
+/// Height of a module of core, given by its path from the crate's root; None for names that are no floor.
+fn floor(path: &[&str]) -> Option<u32> {
+    match path {
+        ["base", ..] => Some(0),
+        ["mesh", ..] | ["learn", "kernels", ..] => Some(1),
+        ["rays" | "segment" | "learn" | "atlas" | "judge", ..] => Some(2),
+        ["pipeline", ..] => Some(3),
+        _ => None,
+    }
+}
+
+/// Whether code in module `from` may import `to`.
+fn may_import(from: &[&str], to: &[&str]) -> bool {
+    match (floor(from), floor(to)) {
+        (Some(low), Some(high)) => high < low || from[0] == to[0] && high <= low,
+        (None, _) => from.is_empty(), // lib.rs alone stands above the floors
+        // The root's own names: an item of lib.rs would be an arrow up.
+        (_, None) => false,
+    }
+}
+
+/// The module that a file of core/src holds: `rays/bvh.rs` is rays::bvh, `rays/mod.rs` rays, `lib.rs` the root.
+fn module(file: &str) -> Vec<&str> {
+    let stem = file.trim_end_matches(".rs");
+    let stem = if stem == "lib" || stem == "mod" { "" } else { stem.trim_end_matches("/mod") };
+    stem.split('/').filter(|part| !part.is_empty()).collect()
+}
+
+/// The text without comments. Strings that hold two slashes lose their end, which no import misses.
+fn code(text: &str) -> String {
+    text.lines().map(|line| line.split("//").next().unwrap_or("").to_string() + "\n").collect()
+}
+
+/// All paths of a `use` tree: `a::{b, c::d}` gives a::b and a::c::d.
+fn expand(tree: &str) -> Vec<String> {
+    let Some((head, rest)) = tree.split_once('{') else {
+        return vec![tree.split(" as ").next().unwrap_or("").trim().to_string()];
+    };
+    let inner = rest.trim_end().strip_suffix('}').unwrap_or(rest);
+    let mut depth = 0;
+    let branches = inner.split(|c: char| {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        c == ',' && depth == 0
+    });
+    let branches = branches.map(str::trim).filter(|branch| !branch.is_empty());
+    branches.flat_map(expand).map(|path| format!("{}{path}", head.trim())).collect()
+}
+
+/// Paths that the code names: those of `use` items, and anything else that begins with `crate::`. Each with whether it
+/// stands after the file's first `#[cfg(test)]` and whether it is indented, that is, inside an inner module.
+fn paths(code: &str) -> Vec<(String, bool, bool)> {
+    let tests_begin = code.find("#[cfg(test)]").unwrap_or(code.len());
+    let mut found = Vec::new();
+    let mut at = 0;
+    for line in code.split_inclusive('\n') {
+        let indented = line.starts_with(' ');
+        let bare = line.trim().trim_start_matches("pub(crate) ").trim_start_matches("pub(super) ");
+        let bare = bare.trim_start_matches("pub ");
+        if bare.starts_with("use ") {
+            let start = at + line.find("use ").expect("it is there") + 4;
+            let end = start + code[start..].find(';').expect("a use item ends");
+            let joined = code[start..end].replace('\n', " ");
+            found.extend(expand(&joined).into_iter().map(|path| (path, at > tests_begin, indented)));
+        } else {
+            for (i, _) in line.match_indices("crate::") {
+                let path = line[i..].split(|c: char| !c.is_alphanumeric() && c != '_' && c != ':').next();
+                found.push((path.unwrap_or("").to_string(), at > tests_begin, indented));
+            }
+        }
+        at += line.len();
+    }
+    found
+}
+
+/// What is wrong with the imports of one file of core, as lines for a person.
+fn faults(file: &str, text: &str) -> Vec<String> {
+    let code = code(text);
+    let own = module(file);
+    let mut faults = Vec::new();
+    for (path, in_tests, indented) in paths(&code) {
+        let parts: Vec<&str> = path.split("::").collect();
+        let supers = parts.iter().take_while(|part| **part == "super").count();
+        let is_local = |name: &str| {
+            name == "self" || name.starts_with(char::is_uppercase) || code.contains(&format!("mod {name}"))
+        };
+        let crates = if in_tests { [CORE_CRATES, TEST_CRATES].concat() } else { CORE_CRATES.to_vec() };
+        if parts[0] == "crate" {
+            if !may_import(&own, &parts[1..]) {
+                faults.push(format!("core/src/{file}: {path} points up or sideways"));
+            }
+        } else if supers > 0 {
+            // An inner module's first `super` is the file's own module.
+            let up = supers - usize::from(indented);
+            let base = &own[..own.len().saturating_sub(up)];
+            let target = [base, &parts[supers..]].concat();
+            if up > 0 && !may_import(&own, &target) && !target.starts_with(&own[..1]) {
+                faults.push(format!("core/src/{file}: {path} points up or sideways"));
+            }
+        } else if !is_local(parts[0]) && !crates.contains(&parts[0]) {
+            faults.push(format!("core/src/{file}: {path} is not from a crate that core may use"));
+        }
+    }
+    if code.contains("extern crate alloc") {
+        faults.push(format!("core/src/{file}: core has no heap"));
+    }
+    faults
+}
+
+#[test]
+fn no_import_of_core_points_up_or_sideways() {
+    let sources = sources("core/src");
+    assert!(!sources.is_empty());
+    let faults: Vec<String> = sources.iter().flat_map(|(file, text)| faults(file, text)).collect();
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+/// Names of the dependencies in a package's manifest, those of its tests included.
+fn dependencies(package: &str) -> BTreeSet<String> {
+    let manifest = fs::read_to_string(root().join(package).join("Cargo.toml")).expect("a manifest");
+    let mut in_section = false;
+    let mut names = BTreeSet::new();
+    for line in manifest.lines().map(str::trim) {
+        if line.starts_with('[') {
+            in_section = line.ends_with("dependencies]");
+        } else if in_section && line.contains('=') && !line.starts_with('#') {
+            let name = line.split(['.', '=', ' ']).next().unwrap_or("");
+            names.insert(name.trim_matches('"').to_string());
+        }
+    }
+    names
+}
+
+#[test]
+fn core_depends_on_the_allowed_crates_only() {
+    let allowed = [CORE_CRATES, TEST_CRATES].concat();
+    let extra: Vec<String> =
+        dependencies("core").into_iter().filter(|name| !allowed.contains(&name.as_str())).collect();
+    assert!(extra.is_empty(), "core/Cargo.toml: {extra:?}");
+}
+
+#[test]
+fn the_reason_of_every_dependency_is_written_down() {
+    let page = fs::read_to_string(root().join("docs/ARCHITECTURE.md")).expect("docs/ARCHITECTURE.md");
+    let unexplained = |name: &String| !name.starts_with("seamwright") && !page.contains(&format!("`{name}`"));
+    let names = ["core", "cli", "tests"].into_iter().flat_map(dependencies);
+    let missing: Vec<String> = names.filter(unexplained).collect();
+    assert!(missing.is_empty(), "docs/ARCHITECTURE.md does not say why: {missing:?}");
+}
+
+#[test]
+fn every_file_is_short_and_opens_with_what_it_is() {
+    let mut faults = Vec::new();
+    for folder in ["core", "cli", "tests"] {
+        for (file, text) in sources(folder) {
+            if !text.starts_with("//!") {
+                faults.push(format!("{folder}/{file}: does not open with //!"));
+            }
+            if text.lines().count() > MAX_LINES {
+                faults.push(format!("{folder}/{file}: {} lines, {MAX_LINES} at most", text.lines().count()));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+#[test]
+fn an_arrow_that_points_up_is_seen_in_every_form() {
+    let seen = |file: &str, text: &str| faults(file, text).len();
+    assert_eq!(seen("atlas/cut.rs", "use crate::rays::exposure::Exposure;"), 1);
+    assert_eq!(seen("atlas/cut.rs", "use crate::{\n    base::{heap::Heap, real},\n    judge::seams,\n};"), 1);
+    assert_eq!(seen("mesh/view.rs", "fn f() -> crate::rays::bvh::Node {}"), 1);
+    assert_eq!(seen("base/heap.rs", "use super::super::mesh::view::MeshView;"), 1);
+    assert_eq!(seen("rays/cast.rs", "use crate::pipeline::Settings;"), 1);
+    assert_eq!(seen("learn/kernels/avx2.rs", "use crate::learn::tape::Tape;"), 1);
+    assert_eq!(seen("rays/cast.rs", "use std::vec;\nuse serde::Deserialize;\nextern crate alloc;"), 3);
+}
+
+#[test]
+fn arrows_that_point_down_pass() {
+    let seen = |file: &str, text: &str| faults(file, text);
+    let none: Vec<String> = Vec::new();
+    assert_eq!(seen("pipeline.rs", "use crate::rays::bvh::BuildBvh;\nuse crate::base::real;"), none);
+    assert_eq!(
+        seen("atlas/cut.rs", "use super::charts::Chart; // not crate::rays::x\nuse crate::mesh::view::next;"),
+        none
+    );
+    assert_eq!(seen("learn/tape.rs", "use super::kernels::product;\nuse glam::Vec3;\nuse core::mem;"), none);
+    assert_eq!(seen("learn/tape.rs", "pub use self::ops::Op;\nmod ops;\nuse ops::Other;\nuse Op::*;"), none);
+    let tests = "#[cfg(test)]\nmod tests {\n    use super::*;\n    use std::vec;\n    use super::super::view::next;\n}";
+    assert_eq!(seen("mesh/topology.rs", tests), none);
+}
