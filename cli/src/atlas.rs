@@ -4,7 +4,7 @@
 //! more, the run starts again with twice as much, until that does not help or the machine has no more to give.
 
 use crate::failure::Failure;
-use crate::hierarchy::Obvhs;
+use crate::hierarchy::ObvhsBuilder;
 use crate::load::Loaded;
 use crate::mesh::Mesh;
 use crate::progress::{Reporter, stop_requested};
@@ -41,13 +41,13 @@ pub fn make(
         kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
     };
     let mut atlas = empty(mesh);
-    let result = with_enough(unwrap_need(&input, settings, &Obvhs), |bytes| {
+    let result = with_enough(unwrap_need(&input, settings, &ObvhsBuilder), |bytes| {
         let output = Output {
             corner_uv: &mut atlas.corner_uv,
             polygon_chart: &mut atlas.polygon_chart,
             exposure: &mut atlas.exposure,
         };
-        unwrap(output, &input, settings, &Obvhs, Scratch::new(bytes), workers, progress)
+        unwrap(output, &input, settings, &ObvhsBuilder, Scratch::new(bytes), workers, progress)
     })?;
     atlas.report = result.map_err(|e| failure(loaded, e))?;
     if stop_requested() { Err(Failure::Stopped) } else { Ok(atlas) }

@@ -4,7 +4,7 @@
 //! the mesh is centred and its largest coordinate is 1. These are libigl's conventions, so that figures over exposure
 //! compare with those of evaluators that are built on it. `unwrap` has its own exposure, of the repaired mesh.
 
-use crate::hierarchy::Obvhs;
+use crate::hierarchy::ObvhsBuilder;
 use crate::measure::{Triangles, Weighting};
 use crate::mesh::Mesh;
 use glam::{DVec3, Vec3};
@@ -57,9 +57,9 @@ pub fn vertex_exposure(
     let points: Vec<Vec3> = points.iter().map(|p| p.as_vec3()).collect();
     let normals: Vec<Vec3> = normals.iter().map(|n| n.as_vec3()).collect();
 
-    let mut bytes = vec![0; Scene::need(faces.len(), &Obvhs) + exposure_need(rays)];
+    let mut bytes = vec![0; Scene::need(faces.len(), &ObvhsBuilder) + exposure_need(rays)];
     let mut scratch = Scratch::new(&mut bytes);
-    let scene = Scene::new(&points, &faces, &Obvhs, &mut scratch).map_err(ExposureError::Tree)?;
+    let scene = Scene::new(&points, &faces, &ObvhsBuilder, &mut scratch).map_err(ExposureError::Tree)?;
     let mut open = vec![0.0; points.len()];
     for first in (0..points.len()).step_by(SLICE) {
         if report(first, points.len()).is_break() {

@@ -3,7 +3,7 @@
 //! - [`args`], [`commands`], [`failure`]: the command line, what it does, how it ends
 //! - [`load`], [`mesh`], [`obj`], [`formats`]: files to meshes and back
 //! - [`atlas`], [`hierarchy`], [`threads`]: core's pipeline with a desktop's memory, library and threads
-//! - [`exposure`], [`measure`]: figures of any tool's file
+//! - [`exposure`], [`measure`], [`picture`]: figures and pictures of any UV-mapped mesh
 //! - [`progress`], [`report`], [`save`]: what people and scripts see, and outputs that appear whole or not at all
 #![forbid(unsafe_code)]
 
@@ -18,6 +18,7 @@ pub mod load;
 pub mod measure;
 pub mod mesh;
 pub mod obj;
+pub mod picture;
 pub mod progress;
 pub mod report;
 pub mod save;

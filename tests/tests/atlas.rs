@@ -4,7 +4,7 @@
 //! polygon, as a reader without care makes it, is folded in space already.
 
 use glam::{DVec2, DVec3};
-use seamwright::hierarchy::Obvhs;
+use seamwright::hierarchy::ObvhsBuilder;
 use seamwright::load::load;
 use seamwright::mesh::Mesh;
 use seamwright::threads::Pool;
@@ -40,7 +40,7 @@ fn input(mesh: &Mesh) -> Input<'_> {
 
 /// With as many bytes as asked for and `more`.
 fn run(mesh: &Mesh, settings: &Settings, workers: &dyn Workers, more: isize) -> Result<(Atlas, Report), UnwrapError> {
-    let need = unwrap_need(&input(mesh), settings, &Obvhs);
+    let need = unwrap_need(&input(mesh), settings, &ObvhsBuilder);
     let mut bytes = vec![0; need.saturating_add_signed(more)];
     let mut atlas = Atlas {
         corner_uv: vec![DVec2::NAN; mesh.corners.len()],
@@ -52,7 +52,7 @@ fn run(mesh: &Mesh, settings: &Settings, workers: &dyn Workers, more: isize) -> 
         polygon_chart: &mut atlas.polygon_chart,
         exposure: &mut atlas.exposure,
     };
-    let report = unwrap(output, &input(mesh), settings, &Obvhs, Scratch::new(&mut bytes), workers, &mut Silent)?;
+    let report = unwrap(output, &input(mesh), settings, &ObvhsBuilder, Scratch::new(&mut bytes), workers, &mut Silent)?;
     Ok((atlas, report))
 }
 
@@ -121,7 +121,7 @@ fn hold(mesh: &Mesh) {
         assert_eq!(run(&scaled, &grid, &Serial, 0).expect("an atlas").0, on_grid, "scaled by {scale}");
     }
 
-    let need = unwrap_need(&input(mesh), &settings, &Obvhs);
+    let need = unwrap_need(&input(mesh), &settings, &ObvhsBuilder);
     let refused = run(mesh, &settings, &Serial, -1).map(|_| ());
     assert_eq!(refused, Err(UnwrapError::Scratch(ScratchTooSmall { need, given: need - 1 })));
 }

@@ -1,14 +1,20 @@
 //! Atlas: cuts, flattening, seams, packing.
 
 pub mod charts;
+pub mod compact;
 pub mod cut;
 pub mod energy;
 pub mod flatten;
+pub mod glue;
 pub mod pack;
 pub mod pieces;
+pub mod proxy;
 pub mod relax;
 pub mod seams;
+pub mod slide;
 pub mod snap;
 pub mod sparse;
 pub mod split;
 pub mod surface;
+pub mod transfer;
+pub mod wedge_paths;

@@ -4,7 +4,7 @@
 //! that they leave. Pieces share nothing, so small ones are worked on side by side; a large one has all workers to itself.
 
 use super::energy::Rest;
-use super::seams::{Budget, SeamError, make_charts, make_charts_need};
+use super::seams::{Budget, MOLLIFY, SeamError, make_charts, make_charts_need};
 use super::surface::Surface;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Serial, Workers, for_each_chunk};
@@ -15,8 +15,6 @@ use glam::{DVec2, DVec3};
 const SMALL: usize = 8;
 /// Pieces that are worked on at the same time.
 const LANES: usize = 8;
-/// Added to every edge length of a rest shape, in units of the mesh's largest side: gives flat faces a shape.
-const MOLLIFY: f64 = 1e-9;
 
 /// All pieces; indices are local to a piece.
 pub struct Pieces<'a> {

@@ -571,6 +571,7 @@ mod tests {
     use std::{vec, vec::Vec};
 
     /// A grid graph of side x side nodes, and its springs.
+    #[allow(clippy::type_complexity)]
     fn grid(side: usize) -> (Vec<DVec3>, Vec<(u32, u32, f64)>, Vec<u32>, Vec<u32>) {
         let mut at = Vec::new();
         let mut springs = Vec::new();

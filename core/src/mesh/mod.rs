@@ -1,12 +1,16 @@
 //! Meshes: views, adjacency, and the repair that turns any polygons into manifolds.
 
+pub mod collapse;
+pub mod decimate;
 pub mod fill;
 pub mod grid;
 pub mod loops;
 pub mod normals;
 pub mod overlap;
 pub mod polygon;
+pub mod quadric;
 pub mod repair;
+pub mod ring;
 pub mod topology;
 pub mod view;
 

@@ -101,7 +101,9 @@ impl Bounds {
     #[inline]
     pub fn of(corners: &[[f32; 3]; 3]) -> Self {
         let mut bounds = Self::EMPTY;
-        corners.iter().for_each(|p| bounds.join(&Bounds { low: *p, high: *p }));
+        for p in corners {
+            bounds.join(&Bounds { low: *p, high: *p });
+        }
         bounds
     }
 

@@ -1,24 +1,15 @@
-//! Casting rays: watertight intersection (Woop, Benthin, Wald 2013) over a checked, re-boxed copy of any builder's tree.
+//! Casting rays at a mesh, through a checked and re-boxed copy of any builder's tree.
 //!
-//! A hit is a property of the ray and the triangle alone: the signs of the three edge functions, and a depth clamped to
-//! the interval in which the ray is inside the triangle's own padded box. Boxes of nodes are tested by the same
-//! formula, whose every operation is monotone in the box, so a node's interval holds its triangles' intervals to the
-//! last bit and no tree can lose or add a hit. Equal depths go to the lowest face.
-//! Guaranteed: no ray passes between two triangles that share an edge. Degenerate triangles are never hit; a ray of
-//! zero or non-finite direction hits nothing.
-//! Limits: positions of magnitude 2^-40 to 2^40 (callers scale to the unit box); depth on a triangle seen edge-on is
-//! that of its box.
+//! What a hit is, `intersect` says; the tree only finds it. Boxes of nodes are tested by the formula that also limits
+//! hits to the triangle's own box, and each of its operations is monotone in the box, so a node's interval holds its
+//! triangles' intervals to the last bit: no tree can lose or add a hit. Equal depths go to the lowest face.
+//! Limits: positions of magnitude 2^-40 to 2^40 (callers scale to the unit box).
 
-use super::bvh::{Bounds, BuildBvh, BvhError, MAX_DEPTH, Node, max, min};
+use super::bvh::{Bounds, BuildBvh, BvhError, MAX_DEPTH, Node, max};
+use super::intersect::{Aim, Meeting, Start, Triangle, interval, meet};
 use super::wide::{WideNode, collapse, wide_count};
 use crate::base::scratch::{Scratch, bytes_for};
-use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-
-/// Boxes are padded by this share of the coordinates met on the way: 16 roundings, where the intersection has about 6.
-const PAD: f32 = 1.0 / (1 << 20) as f32;
-/// Largest inverse slope: a ray steeper than this stays within 2^-38 of its axis, far inside the padding.
-const STEEPEST: f32 = (1u64 << 40) as f32;
 
 /// A half-line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,14 +29,6 @@ pub struct Hit {
     pub face: u32,
     /// Barycentric weights of the face's corners; they sum to 1.
     pub weights: [f32; 3],
-}
-
-/// Three corners and the face that they came from.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct Triangle {
-    pub corners: [[f32; 3]; 3],
-    pub face: u32,
 }
 
 /// A mesh that rays can be cast at.
@@ -223,147 +206,193 @@ fn refit(nodes: &mut [Node], triangles: &[Triangle]) {
     }
 }
 
-/// A ray's origin, and the padding that goes with it: `low` is taken from a box's lower corner, `high` from its upper.
-#[derive(Clone, Copy)]
-pub(super) struct Start {
-    pub point: [f32; 3],
-    pub low: [f32; 3],
-    pub high: [f32; 3],
-}
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::base::random::unit_f32;
+    use crate::base::scratch::ScratchTooSmall;
+    use crate::rays::binned::BinnedBuilder;
+    use std::{boxed::Box, vec, vec::Vec};
 
-impl Start {
-    pub fn new(origin: Vec3, reach: f32) -> Self {
-        Self::padded(origin, reach, PAD)
+    /// A scene over leaked memory: tests are short.
+    pub fn scene_with(
+        positions: &[Vec3],
+        faces: &[[u32; 3]],
+        builder: &dyn BuildBvh,
+    ) -> Result<Scene<'static>, BvhError> {
+        let bytes: &'static mut [u8] = Box::leak(vec![0u8; Scene::need(faces.len(), builder)].into_boxed_slice());
+        Scene::new(positions, faces, builder, &mut Scratch::new(bytes))
     }
 
-    /// Twice the padding, for tests by other formulas that must not lose what [`interval`] keeps.
-    pub fn loose(origin: Vec3, reach: f32) -> Self {
-        Self::padded(origin, reach, 2.0 * PAD)
+    pub fn scene(positions: &[Vec3], faces: &[[u32; 3]]) -> Scene<'static> {
+        scene_with(positions, faces, &BinnedBuilder).unwrap()
     }
 
-    fn padded(origin: Vec3, reach: f32, pad: f32) -> Self {
-        let point = origin.to_array();
-        let pad = pad * point.iter().fold(reach, |r, x| max(x.abs(), r));
-        Self { point, low: point.map(|x| x + pad), high: point.map(|x| x - pad) }
+    /// A bumpy sheet of n x n quads over the unit square, two stray triangles and one without area.
+    pub fn terrain(n: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let mut positions: Vec<_> = (0..(n + 1) * (n + 1))
+            .map(|i| {
+                Vec3::new(
+                    (i % (n + 1)) as f32 / n as f32,
+                    (i / (n + 1)) as f32 / n as f32,
+                    0.2 * unit_f32(5, 0, i as u64),
+                )
+            })
+            .collect();
+        let mut faces: Vec<_> = (0..n * n)
+            .flat_map(|q| {
+                let a = q / n * (n + 1) + q % n;
+                [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]
+            })
+            .collect();
+        positions.extend([Vec3::new(0.2, 0.2, 0.5), Vec3::new(0.9, 0.1, 0.6), Vec3::new(0.3, 0.8, 0.4)]);
+        let k = (n + 1) * (n + 1);
+        faces.extend([[k, k + 1, k + 2], [k, k + 1, k + 2], [k, k, k + 1]]);
+        (positions, faces)
     }
-}
 
-/// A ray's direction, sheared: along `axis` (the largest component) the ray runs in steps of one, sideways by `slope`
-/// a step. Depths are counted along the axis.
-#[derive(Clone, Copy)]
-pub(super) struct Aim {
-    pub axis: usize,
-    pub sign: f32,         // of the largest component
-    pub length: f32,       // its magnitude
-    pub slope: [f32; 2],   // of the components axis + 1, axis + 2 (mod 3); in [-1, 1]
-    pub inverse: [f32; 2], // 1 / slope, at most STEEPEST
-}
+    /// Rays at random, along the axes, and exactly at vertices and along edges' planes.
+    pub fn rays(positions: &[Vec3], faces: &[[u32; 3]], count: u64) -> Vec<Ray> {
+        let random = |stream: u64, i: u64| Vec3::from_array([0, 1, 2].map(|k| unit_f32(stream, k, i)));
+        (0..count)
+            .map(|i| {
+                let face = faces[i as usize % faces.len()].map(|v| positions[v as usize]);
+                let origin = random(1, i) * 2.0 - 0.5;
+                let target = match i % 4 {
+                    0 => random(2, i),
+                    1 => face[0],
+                    2 => (face[0] + face[1]) * 0.5,
+                    _ => origin + [Vec3::X, Vec3::NEG_Z, Vec3::new(-1.0, 1.0, 0.0)][i as usize / 4 % 3],
+                };
+                Ray { origin, direction: target - origin }
+            })
+            .collect()
+    }
 
-impl Aim {
-    /// `None` where there is no direction.
-    #[inline]
-    pub fn new(direction: Vec3) -> Option<Self> {
-        let d = direction.to_array();
-        let axis = main_axis(d);
-        let length = d[axis].abs();
-        if !(length > 0.0 && length < f32::INFINITY) {
-            return None;
+    pub fn brute(scene: &Scene, ray: &Ray) -> Option<Hit> {
+        let aim = Aim::new(ray.direction)?;
+        let start = Start::new(ray.origin, scene.reach());
+        let mut all: Vec<_> = scene.triangles.iter().filter_map(|t| meet(t, &start, &aim)).collect();
+        all.sort_by(|a, b| a.depth.total_cmp(&b.depth).then(a.face.cmp(&b.face)));
+        all.first().map(|m| Hit { distance: m.depth / aim.length, face: m.face, weights: m.weights })
+    }
+
+    #[test]
+    fn the_tree_finds_what_a_loop_over_all_triangles_finds() {
+        let (positions, faces) = terrain(20);
+        let scene = scene(&positions, &faces);
+        let rays = rays(&positions, &faces, 6000);
+        let hits = rays.iter().filter(|r| scene.closest(r).is_some()).count();
+        assert!((1500..5500).contains(&hits), "{hits}");
+        for ray in &rays {
+            assert_eq!(scene.closest(ray), brute(&scene, ray), "{ray:?}");
+            assert_eq!(scene.occluded(ray), brute(&scene, ray).is_some(), "{ray:?}");
         }
-        let sides = [d[NEXT[axis]], d[NEXT[NEXT[axis]]]];
-        Some(Self {
-            axis,
-            sign: if d[axis] < 0.0 { -1.0 } else { 1.0 },
-            length,
-            slope: sides.map(|x| x / length),
-            inverse: sides.map(|x| inverse_slope(x, length)),
-        })
     }
-}
 
-/// The axis after each.
-pub(super) const NEXT: [usize; 3] = [1, 2, 0];
-
-/// The axis of the largest component, the first of equals.
-#[inline(always)]
-pub(super) fn main_axis(d: [f32; 3]) -> usize {
-    let [x, y, z] = d.map(f32::abs);
-    if x >= y && x >= z {
-        0
-    } else if y >= z {
-        1
-    } else {
-        2
+    #[test]
+    fn no_ray_slips_between_faces_that_share_an_edge() {
+        // Straight down and aslant at every vertex and edge of the sheet's inside.
+        let (positions, faces) = terrain(12);
+        let scene = scene(&positions, &faces[..288]);
+        for (i, face) in faces[..288].iter().enumerate() {
+            let [a, b, _] = face.map(|v| positions[v as usize]);
+            for target in [a, (a + b) * 0.5, a.lerp(b, 0.3)] {
+                if target.x.min(target.y) > 0.0 && target.x.max(target.y) < 1.0 {
+                    for side in [Vec3::ZERO, Vec3::new(0.1, 0.07, 0.0), Vec3::new(0.3, -0.2, 0.0)] {
+                        let origin = target + Vec3::Z + side;
+                        assert!(scene.occluded(&Ray { origin, direction: target - origin }), "face {i}");
+                    }
+                }
+            }
+        }
     }
-}
 
-/// length / side, finite.
-#[inline(always)]
-pub(super) fn inverse_slope(side: f32, length: f32) -> f32 {
-    let inverse = min(length / side.abs(), STEEPEST);
-    if side < 0.0 { -inverse } else { inverse }
-}
-
-/// The depths at which the ray is inside the padded box, if it is; from 0.
-#[inline(always)]
-fn interval(node: &Node, start: &Start, aim: &Aim) -> Option<(f32, f32)> {
-    let (z, x) = (aim.axis, NEXT[aim.axis]);
-    let y = NEXT[x];
-    let side = |k: usize, scale: f32| {
-        let (a, b) = ((node.low[k] - start.low[k]) * scale, (node.high[k] - start.high[k]) * scale);
-        (min(a, b), max(a, b))
-    };
-    let (z, x, y) = (side(z, aim.sign), side(x, aim.inverse[0]), side(y, aim.inverse[1]));
-    let (near, far) = (max(max(max(z.0, 0.0), x.0), y.0), min(min(z.1, x.1), y.1));
-    (near <= far).then_some((near, far))
-}
-
-/// A hit in the ray's own depth.
-#[derive(Clone, Copy)]
-pub(super) struct Meeting {
-    pub depth: f32,
-    pub face: u32,
-    pub weights: [f32; 3],
-}
-
-/// Where the ray meets the triangle. This function is the definition; packets only filter what they give to it.
-pub(super) fn meet(triangle: &Triangle, start: &Start, aim: &Aim) -> Option<Meeting> {
-    let (z, x) = (aim.axis, NEXT[aim.axis]);
-    let y = NEXT[x];
-    let local = triangle.corners.map(|p| {
-        let depth = (p[z] - start.point[z]) * aim.sign;
-        [p[x] - start.point[x] - aim.slope[0] * depth, p[y] - start.point[y] - aim.slope[1] * depth, depth]
-    });
-    let [a, b, c] = local;
-    let weights = edge_functions(a, b, c);
-    if weights.iter().any(|w| *w < 0.0) && weights.iter().any(|w| *w > 0.0) {
-        return None;
+    #[test]
+    fn distances_and_weights_name_the_same_point() {
+        let (positions, faces) = terrain(20);
+        let scene = scene(&positions, &faces);
+        for ray in rays(&positions, &faces, 1000).iter().filter(|r| r.direction.z.abs() > 0.5) {
+            if let Some(hit) = scene.closest(ray) {
+                let corners = faces[hit.face as usize].map(|v| positions[v as usize]);
+                let point = corners[0] * hit.weights[0] + corners[1] * hit.weights[1] + corners[2] * hit.weights[2];
+                // Coordinates up to 2 with some ten roundings, times the slant of steep faces.
+                assert!(point.distance(ray.origin + ray.direction * hit.distance) < 2e-5, "{ray:?}");
+            }
+        }
     }
-    let area = weights[0] + weights[1] + weights[2];
-    let depth = (weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2]) / area;
-    // Also false where the area is zero.
-    if !(depth > 0.0) {
-        return None;
+
+    #[test]
+    fn of_two_equal_faces_the_lower_is_hit() {
+        let positions = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let scene = scene(&positions, &[[1, 1, 1], [0, 1, 2], [0, 1, 2]]);
+        let hit = scene.closest(&Ray { origin: Vec3::new(0.2, 0.2, 2.0), direction: -Vec3::Z }).unwrap();
+        assert_eq!((hit.face, hit.distance), (1, 2.0));
     }
-    let bounds = Bounds::of(&triangle.corners);
-    let own_box = Node { low: bounds.low, high: bounds.high, ..Node::default() };
-    let (near, far) = interval(&own_box, start, aim)?;
-    Some(Meeting { depth: min(max(depth, near), far), face: triangle.face, weights: weights.map(|w| w / area) })
-}
 
-/// Twice the signed areas of the three parts in which the ray cuts the sheared triangle. Where f32 gives a zero, f64
-/// decides the sign: its products are exact.
-#[inline(always)]
-fn edge_functions(a: [f32; 3], b: [f32; 3], c: [f32; 3]) -> [f32; 3] {
-    let weights = [cross(b, c), cross(c, a), cross(a, b)];
-    if weights.contains(&0.0) { [exact(b, c), exact(c, a), exact(a, b)] } else { weights }
-}
+    #[test]
+    fn nothing_is_hit_in_an_empty_mesh_or_along_no_direction() {
+        let ray = Ray { origin: Vec3::Z, direction: -Vec3::Z };
+        assert_eq!(scene(&[], &[]).closest(&ray), None);
+        let full = scene(&[Vec3::ZERO, Vec3::X, Vec3::Y], &[[0, 1, 2]]);
+        for direction in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY] {
+            assert_eq!(full.closest(&Ray { direction, ..ray }), None);
+            assert!(!full.occluded(&Ray { direction, ..ray }));
+        }
+    }
 
-#[inline(always)]
-fn cross(p: [f32; 3], q: [f32; 3]) -> f32 {
-    q[0] * p[1] - q[1] * p[0]
-}
+    #[test]
+    fn coordinates_that_are_not_numbers_do_no_harm() {
+        let positions = [Vec3::NAN, Vec3::X, Vec3::Y, Vec3::INFINITY];
+        let scene = scene(&positions, &[[0, 1, 2], [3, 1, 2], [3, 0, 0]]);
+        let ray = Ray { origin: Vec3::Z, direction: Vec3::new(0.1, 0.2, -1.0) };
+        let _ = (scene.closest(&ray), scene.occluded_count(ray.origin, &[ray.direction; 9]));
+    }
 
-#[cold]
-fn exact(p: [f32; 3], q: [f32; 3]) -> f32 {
-    (q[0] as f64 * p[1] as f64 - q[1] as f64 * p[0] as f64) as f32
+    /// A builder that hands out a given tree.
+    struct Given(Vec<Node>, Vec<u32>);
+    impl BuildBvh for Given {
+        fn need(&self, _: usize) -> usize {
+            0
+        }
+        fn build(
+            &self,
+            nodes: &mut [Node],
+            order: &mut [u32],
+            _: &[Vec3],
+            _: &[[u32; 3]],
+            _: Scratch,
+        ) -> Result<usize, ScratchTooSmall> {
+            nodes[..self.0.len()].copy_from_slice(&self.0);
+            order.copy_from_slice(&self.1);
+            Ok(self.0.len())
+        }
+    }
+
+    #[test]
+    fn a_broken_tree_is_refused() {
+        let node = |first, count| Node { first, count, ..Node::default() };
+        let try_tree = |nodes: &[Node], order: &[u32]| {
+            let faces = vec![[0, 1, 2]; order.len()];
+            scene_with(&[Vec3::ZERO, Vec3::X, Vec3::Y], &faces, &Given(nodes.into(), order.into())).map(|_| ())
+        };
+        assert_eq!(try_tree(&[node(1, 0), node(0, 1), node(1, 1)], &[1, 0]), Ok(()));
+        assert_eq!(try_tree(&[node(0, 0)], &[0, 1]), Err(BvhError::BadNode { node: 0 })); // its own child
+        assert_eq!(try_tree(&[node(1, 0), node(0, 3), node(1, 1)], &[0, 1]), Err(BvhError::BadNode { node: 1 }));
+        assert_eq!(try_tree(&[node(7, 0)], &[0, 1]), Err(BvhError::BadNode { node: 7 }));
+        assert_eq!(try_tree(&[node(0, 1)], &[0, 1]), Err(BvhError::BadOrder { face: 1 }));
+        assert_eq!(try_tree(&[node(0, 2)], &[0, 0]), Err(BvhError::BadOrder { face: 0 }));
+        assert_eq!(try_tree(&[node(0, 2)], &[0, 9]), Err(BvhError::BadOrder { face: 9 }));
+        let chain: Vec<_> = (0..200).map(|i| if i % 2 == 0 { node(i + 1, 0) } else { node(i / 2, 1) }).collect();
+        assert_eq!(try_tree(&chain, &(0..100).collect::<Vec<_>>()), Err(BvhError::TooDeep));
+    }
+
+    #[test]
+    fn a_face_of_missing_vertices_and_too_little_scratch_are_refused() {
+        let result = scene_with(&[Vec3::ZERO; 2], &[[0, 1, 0], [0, 1, 2]], &BinnedBuilder);
+        assert_eq!(result.map(|_| ()), Err(BvhError::BadFace { face: 1 }));
+        let mut bytes = vec![0u8; Scene::need(1, &BinnedBuilder) - 1];
+        let result = Scene::new(&[Vec3::ZERO], &[[0, 0, 0]], &BinnedBuilder, &mut Scratch::new(&mut bytes));
+        assert!(matches!(result, Err(BvhError::Scratch(_))));
+    }
 }

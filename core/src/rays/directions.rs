@@ -68,7 +68,7 @@ fn place_on_curve(p: Vec2) -> u32 {
     let mut place = 0;
     for level in (0..CURVE_LEVELS).rev() {
         let (right, up) = (x >> level & 1, y >> level & 1);
-        place += (3 * right ^ up) << (2 * level);
+        place += ((3 * right) ^ up) << (2 * level);
         if up == 0 {
             if right == 1 {
                 (x, y) = (!x, !y);

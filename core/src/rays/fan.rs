@@ -1,19 +1,25 @@
 //! Fans: many rays from one point that only ask whether they meet anything, traced as packets.
 //!
-//! Rays are sorted into the six sides of the cube around the point, so that a packet of [`LANES`] rays shares the axis
-//! of its shear; one box or triangle is then tested against a packet in plain arrays that the compiler turns into vector
-//! code. A lane whose triangle passes the packet's edge functions goes through `cast::meet`, the scalar definition of a
-//! hit, so the answers are those of `Scene::occluded` to the bit.
+//! Rays are sorted into the six sides of the cube around the point, so that a packet of eight shares the axis of its
+//! shear. A pyramid around the packet is tested against eight boxes of a wide node at once, each box that it touches
+//! against the eight rays, and so is each triangle of a leaf; a ray that passes a triangle's edge functions goes
+//! through `intersect::meet`, the definition of a hit. All tests but that one only filter, and never lose what it accepts:
+//! the answers are those of `Scene::occluded`.
 //! Rays that follow one another in the input should point in similar directions (see `directions`): it costs time if
 //! they do not, never correctness.
+//!
+//! Measured, seconds for 512 uniform and 512 cosine rays a vertex on (spot, nefertiti): this 0.22, 6.3; without the
+//! rays' own box test 0.27, 22; binary nodes and no pyramid 0.36, 9.2; single rays go on alone where only one enters
+//! a box 0.22, 5.9, not worth its second traversal.
 
 use super::bvh::{MAX_DEPTH, Node, max, min};
-use super::cast::{Aim, NEXT, Scene, Start, Triangle, inverse_slope, main_axis, meet};
-use super::lanes::{Baseline, LANES, Lanes};
+use super::cast::Scene;
+use super::intersect::{Aim, NEXT, Start, Triangle, inverse_slope, main_axis, meet};
+use super::lanes::{LANES, Lanes, Widest};
 use super::wide::WideNode;
 use glam::Vec3;
 
-/// Rays that are sorted at a time: 64 packets and one part-filled packet a cube side, on the stack.
+/// Rays that are sorted at a time: up to 64 packets and one part-filled packet a cube side, on the stack.
 pub const BLOCK: usize = 512;
 const SIDES: usize = 6;
 const PACKETS: usize = BLOCK / LANES + SIDES;
@@ -51,9 +57,9 @@ impl Scene<'_> {
             for packet in &mut packets[first[side]..first[side + 1]] {
                 let sign = if side % 2 == 0 { 1.0 } else { -1.0 };
                 match side / 2 {
-                    0 => self.trace::<Baseline, 0>(&start, &loose, sign, packet, &mut hit),
-                    1 => self.trace::<Baseline, 1>(&start, &loose, sign, packet, &mut hit),
-                    _ => self.trace::<Baseline, 2>(&start, &loose, sign, packet, &mut hit),
+                    0 => self.trace::<Widest, 0>(&start, &loose, sign, packet, &mut hit),
+                    1 => self.trace::<Widest, 1>(&start, &loose, sign, packet, &mut hit),
+                    _ => self.trace::<Widest, 2>(&start, &loose, sign, packet, &mut hit),
                 }
             }
         }
@@ -169,9 +175,9 @@ fn sort(packets: &mut [Packet; PACKETS], directions: &[Vec3]) -> [usize; SIDES +
             next[side] += 1;
             let d = d.to_array();
             let sides = [d[NEXT[axis]], d[NEXT[NEXT[axis]]]];
-            for k in 0..2 {
-                packet.slope[k][lane] = sides[k] / length;
-                packet.inverse[k][lane] = inverse_slope(sides[k], length);
+            for (k, side) in sides.into_iter().enumerate() {
+                packet.slope[k][lane] = side / length;
+                packet.inverse[k][lane] = inverse_slope(side, length);
             }
             packet.active |= 1 << lane;
             packet.ray[lane] = i as u16;
@@ -180,7 +186,7 @@ fn sort(packets: &mut [Packet; PACKETS], directions: &[Vec3]) -> [usize; SIDES +
     first
 }
 
-/// Whether any active ray is inside the padded box at some depth: `cast::interval` over lanes.
+/// Whether any active ray is inside the padded box at some depth: `intersect::interval` over lanes.
 #[inline(always)]
 fn enters<L: Lanes, const AXIS: usize>(node: &Node, start: &Start, sign: f32, packet: &Packet) -> bool {
     let (z, x) = (AXIS, NEXT[AXIS]);
@@ -233,5 +239,50 @@ fn settle<const AXIS: usize>(
             packet.active &= !(1 << i);
             hit[packet.ray[i] as usize / 64] |= 1 << (packet.ray[i] % 64);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::random::unit_f32;
+    use crate::rays::cast::Ray;
+    use crate::rays::cast::tests::{rays, scene, terrain};
+    use std::vec::Vec;
+
+    #[test]
+    fn a_fan_hits_what_its_rays_hit_one_by_one() {
+        let (positions, faces) = terrain(20);
+        let scene = scene(&positions, &faces);
+        let mut hits = 0;
+        for i in 0..200u64 {
+            let origin = match i % 3 {
+                0 => positions[i as usize] + Vec3::Z * 1e-4,
+                1 => positions[i as usize],
+                _ => Vec3::from_array([0, 1, 2].map(|k| unit_f32(9, k, i) * 2.0 - 0.5)),
+            };
+            // Sorted or not, on axes, at vertices and edges, without direction.
+            let mut directions: Vec<_> = rays(&positions, &faces, 300 + 3 * i).iter().map(|r| r.direction).collect();
+            directions.extend(positions.iter().skip(i as usize).take(60).map(|p| *p - origin));
+            directions.extend([Vec3::X, Vec3::NEG_Z, Vec3::ZERO, Vec3::NAN, Vec3::new(1.0, -1.0, 0.0)]);
+            for block in directions.chunks(BLOCK) {
+                let found = scene.occluded_block(origin, block);
+                for (k, direction) in block.iter().enumerate() {
+                    let bit = found[k / 64] >> (k % 64) & 1 == 1;
+                    assert_eq!(bit, scene.occluded(&Ray { origin, direction: *direction }), "{origin} {direction}");
+                    hits += bit as usize;
+                }
+            }
+        }
+        assert!(hits > 10_000);
+    }
+
+    #[test]
+    fn counts_add_up_over_blocks() {
+        let (positions, faces) = terrain(6);
+        let scene = scene(&positions, &faces);
+        let down = [Vec3::NEG_Z; BLOCK + 7];
+        assert_eq!(scene.occluded_count(Vec3::new(0.5, 0.5, 2.0), &down), BLOCK as u32 + 7);
+        assert_eq!(scene.occluded_count(Vec3::new(0.5, 0.5, 2.0), &[]), 0);
     }
 }

@@ -6,5 +6,6 @@ pub mod cast;
 pub mod directions;
 pub mod exposure;
 pub mod fan;
-pub mod lanes;
+mod intersect;
+mod lanes;
 mod wide;

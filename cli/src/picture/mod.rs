@@ -1,0 +1,15 @@
+//! Pictures of a mesh and its atlas, drawn by our own rays: the contact sheet.
+
+mod atlas;
+mod colour;
+mod font;
+mod histogram;
+mod image;
+mod seams;
+mod sheet;
+mod surface;
+mod view;
+
+pub use image::Image;
+pub use sheet::{SheetOptions, sheet};
+pub use surface::PictureMesh;
