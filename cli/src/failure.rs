@@ -9,8 +9,8 @@
 //! | 5 | the run could not reach what was asked |
 //! | 130 | stopped by Ctrl-C or a termination signal, as shells report it |
 //!
-//! After every code but 0 all outputs are as they were before, with one exception: code 5 for a missed bound comes after
-//! a valid atlas was written.
+//! After every code but 0 all outputs are as they were before, with one exception: code 5 for a missed bound, or for faces
+//! that overlap, comes after the atlas was written.
 
 use core::fmt;
 use std::io;

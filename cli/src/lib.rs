@@ -3,13 +3,14 @@
 //! - [`args`], [`commands`], [`failure`]: the command line, what it does, how it ends
 //! - [`load`], [`mesh`], [`obj`], [`formats`]: files to meshes and back
 //! - [`atlas`], [`hierarchy`], [`threads`]: core's pipeline with a desktop's memory, library and threads
-//! - [`measure`], [`picture`], [`progress`], [`report`], [`save`]: what people and scripts see, and
-//!   outputs that appear whole or not at all
+//! - [`exposure`], [`measure`], [`picture`]: figures and pictures of any UV-mapped mesh
+//! - [`progress`], [`report`], [`save`]: what people and scripts see, and outputs that appear whole or not at all
 #![forbid(unsafe_code)]
 
 pub mod args;
 pub mod atlas;
 pub mod commands;
+pub mod exposure;
 pub mod failure;
 pub mod formats;
 pub mod hierarchy;

@@ -154,13 +154,9 @@ pub fn measure(
     Ok(record(name, &metrics, exposure.map(|e| e.weighting), &soup.polygon))
 }
 
-/// Records as pretty JSON: an object for one, else a list.
-pub fn json(records: &[Record]) -> String {
-    let text = match records {
-        [one] => serde_json::to_string_pretty(one),
-        many => serde_json::to_string_pretty(many),
-    };
-    text.expect("records hold only numbers and strings")
+/// A record, or a list of them, as pretty JSON.
+pub fn json<T: Serialize + ?Sized>(records: &T) -> String {
+    serde_json::to_string_pretty(records).expect("records hold only numbers and strings")
 }
 
 /// Records as an aligned table, one row a file and a row of means under several.
@@ -191,14 +187,20 @@ pub fn table(records: &[Record]) -> String {
     table.trim_fmt()
 }
 
-/// The triangles of polygons.
-struct Triangles {
+/// The triangles of polygons, as fans from their first corners.
+pub(crate) struct Triangles {
     triangles: Vec<[u32; 3]>,
     corner_uv: Vec<[DVec2; 3]>,
     polygon: Vec<u32>,
 }
 
 impl Triangles {
+    /// Vertices of the triangles alone. `polygon_start` fits `corners`.
+    pub(crate) fn of_corners(corners: &[u32], polygon_start: &[u32]) -> Vec<[u32; 3]> {
+        let triangles = polygon_start.windows(2).flat_map(|ends| fan(ends[0], ends[1]));
+        triangles.map(|t| t.map(|c| corners[c as usize])).collect()
+    }
+
     fn of(mesh: Polygons) -> Result<Self, MeasureError> {
         let missing = mesh.corner_uv.map_or(mesh.corners.len(), |uv| uv.len());
         let last = mesh.polygon_start.last().map_or(0, |end| *end as usize);
@@ -381,11 +383,12 @@ mod tests {
 
     #[test]
     fn json_has_the_evaluators_keys_and_null_for_what_is_not_there() {
-        let value: serde_json::Value = serde_json::from_str(&json(&[judge(true).unwrap()])).unwrap();
+        let value: serde_json::Value = serde_json::from_str(&json(&judge(true).unwrap())).unwrap();
         assert_eq!(value["symmetric_dirichlet"], 4.0);
         assert_eq!(value["exposure"], "cosine");
         assert!(value["seam_ao_len"].is_null() && value["visible_seam_len_norm"] == 0.0);
-        let two: serde_json::Value = serde_json::from_str(&json(&vec![judge(true).unwrap(); 2])).unwrap();
+        let two: serde_json::Value =
+            serde_json::from_str(&json(&[judge(true).unwrap(), judge(true).unwrap()])).unwrap();
         assert_eq!(two.as_array().unwrap().len(), 2);
     }
 

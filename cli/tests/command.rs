@@ -105,7 +105,6 @@ fn help_and_version_are_code_0_and_name_the_exit_codes() {
 }
 
 #[test]
-#[ignore = "waits for the pipeline"]
 fn unwrap_writes_uvs_and_a_report_and_says_nothing_when_quiet() {
     let dir = folder();
     let dir = dir.path();
@@ -121,7 +120,6 @@ fn unwrap_writes_uvs_and_a_report_and_says_nothing_when_quiet() {
 }
 
 #[test]
-#[ignore = "waits for the pipeline"]
 fn unwrapping_a_file_into_itself_changes_only_its_uvs_and_does_so_once() {
     let dir = folder();
     let dir = dir.path();
@@ -134,7 +132,6 @@ fn unwrapping_a_file_into_itself_changes_only_its_uvs_and_does_so_once() {
 }
 
 #[test]
-#[ignore = "waits for the pipeline"]
 fn the_demo_writes_a_mapped_mesh_and_a_report() {
     let dir = folder();
     let output = seamwright(dir.path(), &["demo"]);
@@ -145,7 +142,6 @@ fn the_demo_writes_a_mapped_mesh_and_a_report() {
 
 #[cfg(unix)]
 #[test]
-#[ignore = "waits for the pipeline"]
 fn a_device_as_output_is_written_in_place() {
     let dir = folder();
     let output = seamwright(dir.path(), &["unwrap", "good.obj", "-o", "/dev/null", "-q"]);

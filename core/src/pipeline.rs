@@ -204,8 +204,10 @@ const EXPOSURE_SLICE: usize = 4096;
 /// Times that an atlas which fails the exact check is split and packed anew.
 const ATTEMPTS: usize = 12;
 
-/// Scratch bytes that [`unwrap`] asks for: an estimate from above for meshes as they occur. Where a mesh needs more,
-/// [`unwrap`] says so with [`UnwrapError::Scratch`].
+/// Scratch bytes that [`unwrap`] asks for: an estimate from above for meshes as they occur. Some mesh may need more (more
+/// charts than are foreseen, say): [`unwrap`] then stops with [`UnwrapError::Scratch`], whose figures are those of the
+/// slice that was missing, not of the whole. A caller that can find more memory tries again with twice as much, which
+/// changes no bit of the result. The same figures again, or a `need` of `usize::MAX`, say that no memory would do.
 pub fn unwrap_need(input: &Input, settings: &Settings, bvh: &dyn BuildBvh) -> usize {
     let triangles =
         input.polygon_start.windows(2).map(|p| (p[1].saturating_sub(p[0]) as usize).saturating_sub(2)).sum();

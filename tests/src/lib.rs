@@ -1,6 +1,7 @@
 //! Shared helpers of the test suites.
 
 pub mod plain_obj;
+pub mod shapes;
 
 use glam::DVec3;
 

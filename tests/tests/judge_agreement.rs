@@ -35,7 +35,7 @@ fn recorded_figures_of_hostile_maps_are_reproduced() {
         let values: Vec<f32> = mesh.positions.iter().map(formula).collect();
         let exposure = Exposure { values: &values, weighting: Weighting::Uniform };
         let record = measure("", mesh.polygons(), Some(exposure), 256).unwrap();
-        let ours: Value = serde_json::from_str(&json(&[record])).unwrap();
+        let ours: Value = serde_json::from_str(&json(&record)).unwrap();
         let text = fs::read_to_string(path.with_extension("json")).unwrap();
         let theirs: Value = serde_json::from_str(&text).unwrap();
         for (key, value) in theirs.as_object().unwrap() {

@@ -1,15 +1,95 @@
 //! `seamwright measure`: figures of UV-mapped meshes, whatever tool made them.
+//!
+//! A file that cannot be measured is named and left out; the command then ends with that file's exit code.
 
-use crate::args::MeasureArgs;
+use crate::args::{MeasureArgs, Sky};
+use crate::exposure::{ExposureError, vertex_exposure};
 use crate::failure::Failure;
 use crate::load::load;
+use crate::measure::{self, Exposure, Polygons, Record, Weighting, json, table};
+use crate::progress::{Reporter, Show};
+use crate::threads::Pool;
+use seamwright_core::base::progress::{Progress, Stage};
+use std::io::{Write, stdout};
+use std::path::Path;
 
 /// Runs `seamwright measure`.
 pub fn measure(args: &MeasureArgs) -> Result<(), Failure> {
+    let pool = Pool::new(None).map_err(|e| Failure::Unreached(format!("cannot start threads: {e}")))?;
+    // Lines of time a file would be noise beside the table.
+    let show = if Show::fitting(false) == Show::Bar { Show::Bar } else { Show::Nothing };
+    let (mut records, mut failures) = (vec![], vec![]);
     for path in &args.files {
-        let loaded = load(path)?;
-        let (_mesh, _uv) = loaded.mapped()?;
+        match measure_file(path, args, &pool, &mut Reporter::new(show)) {
+            Ok(record) => records.push(record),
+            Err(Failure::Stopped) => return Err(Failure::Stopped),
+            Err(failure) => failures.push(failure),
+        }
     }
-    let _ = args.json;
-    Err(Failure::Unreached("measure: this version has no metrics yet".into()))
+    if !records.is_empty() {
+        let text = match (args.json, args.files.len()) {
+            (true, 1) => json(&records[0]),
+            (true, _) => json(&records),
+            (false, _) => format!("{}\n\n{}", table(&records), foot(args)),
+        };
+        let printed = writeln!(stdout().lock(), "{text}");
+        printed.map_err(|e| Failure::output("standard output", Path::new("-"), &e))?;
+    }
+    let last = failures.pop();
+    failures.iter().for_each(|failure| eprintln!("seamwright: {failure}"));
+    last.map_or(Ok(()), Err)
+}
+
+fn measure_file(path: &Path, args: &MeasureArgs, pool: &Pool, reporter: &mut Reporter) -> Result<Record, Failure> {
+    let loaded = load(path)?;
+    let (mesh, uv) = loaded.mapped()?;
+    let weighting = match args.exposure {
+        Sky::Uniform => Some(Weighting::Uniform),
+        Sky::Cosine => Some(Weighting::Cosine),
+        Sky::None => None,
+    };
+    let values = weighting
+        .map(|w| {
+            let report = &mut |done, all| reporter.report(Stage::Exposure, done, all);
+            vertex_exposure(mesh, w, args.rays as usize, pool, report)
+        })
+        .transpose()
+        .map_err(|e| match e {
+            ExposureError::Stopped => Failure::Stopped,
+            ExposureError::Tree(e) => unmeasured(path, &e),
+        })?;
+    reporter.finish();
+    let exposure = values.as_deref().zip(weighting).map(|(values, weighting)| Exposure { values, weighting });
+    let polygons = Polygons {
+        positions: &mesh.positions,
+        corners: &mesh.corners,
+        polygon_start: &mesh.polygon_start,
+        corner_uv: Some(uv),
+    };
+    measure::measure(&path.display().to_string(), polygons, exposure, args.resolution).map_err(|e| unmeasured(path, &e))
+}
+
+/// How the sampled figures of the table came about.
+fn foot(args: &MeasureArgs) -> String {
+    let MeasureArgs { rays, resolution, .. } = args;
+    let exposure = match args.exposure {
+        Sky::Uniform => {
+            format!("exposure: {rays} rays a vertex, every direction alike (--exposure cosine: as light falls in)")
+        }
+        Sky::Cosine => {
+            format!("exposure: {rays} rays a vertex, weighed by the cosine (--exposure uniform: as libigl does)")
+        }
+        Sky::None => "exposure: not asked for (--exposure uniform or cosine)".to_string(),
+    };
+    let coverage = match resolution {
+        0 => "fill: not asked for (--resolution)".to_string(),
+        _ => format!("fill: share of the box of the UVs at {resolution} x {resolution} texels"),
+    };
+    format!(
+        "{exposure}\n{coverage}\nseam, visible: length over sqrt(area), all and times exposure; ratio: exposure of seams over that of all edges"
+    )
+}
+
+fn unmeasured(path: &Path, error: &dyn core::fmt::Display) -> Failure {
+    Failure::Unreached(format!("{}: cannot be measured: {error}", path.display()))
 }

@@ -4,10 +4,12 @@ use crate::args::{Method, RunArgs, UnwrapArgs};
 use crate::atlas::{self, Atlas};
 use crate::failure::Failure;
 use crate::load::{Loaded, load};
+use crate::measure::{Exposure, Polygons, Record, Weighting, measure};
 use crate::progress::{Reporter, Show, stop_requested};
 use crate::report::{InputReport, Report, ResultReport, SettingsReport, StageReport};
 use crate::save::{self, Drafts};
 use crate::threads::Pool;
+use seamwright_core::judge::measure::RESOLUTION;
 use seamwright_core::pipeline::Settings;
 use std::fs;
 use std::io::stdout;
@@ -64,6 +66,11 @@ impl Job {
         warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
         let atlas = atlas::make(&loaded, self.keep_seams, &self.settings, &pool, &mut reporter)?;
         let stages = reporter.finish().iter().map(StageReport::from).collect();
+        let result = ResultReport::new(&atlas);
+        for warning in result.warnings() {
+            reporter.say(&format!("warning: {}: {warning}", loaded.path.display()));
+            warnings.push(warning);
+        }
         let missed = self.missed(&atlas);
         warnings.extend(missed.clone());
 
@@ -73,15 +80,16 @@ impl Job {
             let picture = draw(&loaded, &atlas)?;
             drafts.add("--sheet", path, |out| out.write_all(&picture))?;
         }
+        let seconds = start.elapsed().as_secs_f64();
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             input: InputReport::new(&loaded),
             output: self.output.display().to_string(),
             settings: SettingsReport::new(self.method, &self.settings, self.keep_seams, pool.count()),
-            result: ResultReport::new(&atlas),
-            metrics: None,
+            result,
+            metrics: self.json.as_ref().map(|_| self.metrics(&loaded, &atlas)).transpose()?,
             stages,
-            seconds: start.elapsed().as_secs_f64(),
+            seconds,
             warnings,
         };
         self.publish(drafts, &report)?;
@@ -94,6 +102,21 @@ impl Job {
             report.seconds
         ));
         missed.map_or(Ok(()), |text| Err(Failure::Unreached(text)))
+    }
+
+    /// What `seamwright measure` would say of the output, but over the exposure that the run worked with.
+    fn metrics(&self, loaded: &Loaded, atlas: &Atlas) -> Result<Record, Failure> {
+        let mesh = loaded.mesh();
+        let polygons = Polygons {
+            positions: &mesh.positions,
+            corners: &mesh.corners,
+            polygon_start: &mesh.polygon_start,
+            corner_uv: Some(&atlas.corner_uv),
+        };
+        let exposure = Exposure { values: &atlas.exposure, weighting: Weighting::Cosine };
+        let name = self.output.display().to_string();
+        measure(&name, polygons, Some(exposure), RESOLUTION)
+            .map_err(|e| Failure::Unreached(format!("--json: {name} cannot be measured: {e}")))
     }
 
     /// Puts the outputs in place, the report last.
@@ -114,15 +137,21 @@ impl Job {
         }
     }
 
-    /// What to say where the bound was not reached. The atlas is valid all the same, and is written.
+    /// What to say where the atlas is not what was asked for. It is written all the same.
     fn missed(&self, atlas: &Atlas) -> Option<String> {
-        let (bound, reached) = (self.settings.distortion, atlas.report.distortion);
-        (reached > bound * (1.0 + BOUND_SLACK)).then(|| {
-            format!(
-                "--distortion {bound}: the atlas is valid and written, but its distortion is {reached:.4}; allow that much or \
-                 more charts"
-            )
-        })
+        let (bound, reached, overlapping) =
+            (self.settings.distortion, atlas.report.distortion, atlas.report.overlapping);
+        let kept = reached <= bound * (1.0 + BOUND_SLACK); // not so where it is no number
+        match (overlapping, kept) {
+            (0, true) => None,
+            (0, false) => Some(format!(
+                "--distortion {bound}: the atlas is written, but its distortion is {reached:.4}; allow that much or more charts"
+            )),
+            _ => Some(format!(
+                "{}: the atlas is written, but {overlapping} of its faces overlap; please report the mesh",
+                self.output.display()
+            )),
+        }
     }
 
     fn check_settings(&self) -> Result<(), Failure> {

@@ -19,4 +19,4 @@ mod manifold;
 mod orient;
 #[cfg(test)]
 mod repair_tests;
-mod weld;
+pub mod weld;

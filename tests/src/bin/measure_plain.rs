@@ -21,5 +21,5 @@ fn main() {
     let start = Instant::now();
     let record = measure(path, mesh.polygons(), exposure, resolution).expect("the mesh can be measured");
     eprintln!("{:.3} s", start.elapsed().as_secs_f64());
-    println!("{}", json(&[record]));
+    println!("{}", json(&record));
 }
