@@ -4,6 +4,7 @@ use crate::args::{Method, RunArgs, UnwrapArgs};
 use crate::atlas::{self, Atlas};
 use crate::failure::Failure;
 use crate::load::{Loaded, load};
+use crate::picture::Drawing;
 use crate::progress::{Reporter, Show, stop_requested};
 use crate::report::{InputReport, Report, ResultReport, SettingsReport, StageReport};
 use crate::save::{self, Drafts};
@@ -70,7 +71,7 @@ impl Job {
         let mut drafts = Drafts::new();
         drafts.add("-o", &self.output, |out| loaded.write_obj(out, &atlas.corner_uv))?;
         if let Some(path) = &self.sheet {
-            let picture = draw(&loaded, &atlas)?;
+            let picture = draw(&loaded, &atlas, &pool);
             drafts.add("--sheet", path, |out| out.write_all(&picture))?;
         }
         let report = Report {
@@ -176,9 +177,15 @@ impl Job {
 }
 
 /// The contact sheet of an atlas as PNG.
-fn draw(loaded: &Loaded, atlas: &Atlas) -> Result<Vec<u8>, Failure> {
-    let _ = (loaded, atlas);
-    Err(Failure::Unreached("--sheet: this version draws no pictures yet; leave the flag out".into()))
+fn draw(loaded: &Loaded, atlas: &Atlas, pool: &Pool) -> Vec<u8> {
+    let drawing = Drawing {
+        title: format!("{}  distortion {:.4}", loaded.name(), atlas.report.distortion),
+        mesh: loaded.mesh(),
+        corner_uv: &atlas.corner_uv,
+        polygon_chart: Some(&atlas.polygon_chart),
+        exposure: Some(&atlas.exposure),
+    };
+    drawing.png(pool)
 }
 
 fn is_stdout(path: &Path) -> bool {
