@@ -184,7 +184,7 @@ fn walk(
             while left > 0 && due <= walked + own {
                 let share = if own > 0.0 { (due - walked) / own } else { 0.0 };
                 let in_loop = steps as usize - left;
-                if in_loop % RUN == 0 {
+                if in_loop.is_multiple_of(RUN) {
                     runs[*run_count] = Run { first: *point_count as u32, ..Run::default() };
                     *run_count += 1;
                 }

@@ -19,7 +19,7 @@ pub(super) struct Outlines<'a> {
     /// First edge of each chart, and the number of edges.
     pub edge_start: &'a [u32], // (k + 1)
     pub edges: &'a [Edge],
-    /// First hull corner of each chart; `hull_start[i] + hull_len[i]` ends it.
+    /// Corners of each chart's hull.
     pub hull_len: &'a [u32], // (k)
     pub hull: &'a [DVec2], // hull of chart i begins at edge_start[i]
     /// Centre of the chart's box, in the caller's units.
@@ -179,8 +179,8 @@ fn cancel_inner(sides: &mut [[u32; 4]], charts: &Charts) -> usize {
 fn walk_loops(edges: &mut [Edge], edge_start: &mut [u32], sides: &mut [[u32; 4]], seen: &mut [u8], charts: &Charts) {
     sides.sort_unstable();
     let (mut count, mut at) = (0, 0);
-    for chart in 0..charts.count {
-        edge_start[chart] = count as u32;
+    for (chart, start) in edge_start.iter_mut().enumerate() {
+        *start = count as u32;
         let end = at + sides[at..].partition_point(|s| s[0] as usize == chart);
         let (own, own_seen) = (&sides[at..end], &mut seen[at..end]);
         for first in 0..own.len() {
@@ -195,7 +195,6 @@ fn walk_loops(edges: &mut [Edge], edge_start: &mut [u32], sides: &mut [[u32; 4]]
         }
         at = end;
     }
-    edge_start[charts.count] = count as u32;
 }
 
 /// Local units per caller's unit: total area 1; where there is next to none, total squared box side 1.
