@@ -1,9 +1,11 @@
 //! Atlas: cuts, flattening, seams, packing.
 
 pub mod charts;
+pub mod compact;
 pub mod cut;
 pub mod energy;
 pub mod flatten;
+pub mod glue;
 pub mod pack;
 pub mod pieces;
 pub mod proxy;
@@ -15,3 +17,4 @@ pub mod sparse;
 pub mod split;
 pub mod surface;
 pub mod transfer;
+pub mod wedge_paths;

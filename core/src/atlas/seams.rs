@@ -1,8 +1,10 @@
 //! Seam optimisation: one budget of distortion, spent where it hides most.
 
 use super::charts::{Charts, Work, job_need, work_on};
+use super::compact::{compact_need, split_bulky};
 use super::cut::{Paths, cut_to_disks, disks_again};
 use super::energy::Rest;
+use super::glue::{glue_need, glue_small};
 use super::proxy::{proxy_costs, proxy_costs_need};
 use super::relax::Stop;
 use super::slide::Slides;
@@ -61,6 +63,10 @@ const FLAT: f64 = 1e-9;
 const ROUNDS: usize = 80;
 /// Times that charts which rounding has flipped are halved: 2^24 faces end as single polygons.
 const HALVINGS: usize = 26;
+/// Rounds of splitting bulky charts.
+const COMPACTIONS: usize = 12;
+/// Rounds of gluing, each followed by splitting what then overlaps.
+const GLUINGS: usize = 2;
 /// Rounds of splitting at the most.
 const SPLITS: usize = 60;
 /// Newton steps of a round: the map need not be at rest before the next cut is chosen.
@@ -75,7 +81,7 @@ pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let growing = 12 * bytes_for::<f64>(vertices) + 12 * bytes_for::<u32>(vertices) + bytes_for::<[u64; 2]>(corners);
     let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
     let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
-    let direct = lists + growing.max(splitting).max(jobs);
+    let direct = lists + growing.max(splitting).max(jobs).max(glue_need(faces)).max(compact_need(faces));
     if faces <= PROXY_FROM {
         return direct;
     }
@@ -105,6 +111,10 @@ pub fn make_charts(
     }
     flatten(uv, cut, surface, scratch.frame(), workers)?;
     let changed = scratch.take::<u8>(faces)?;
+    let compact = !large && !budget.one;
+    if compact {
+        part_bulky(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
+    }
     let goal = 1.0 + SPEND * (budget.distortion - 1.0);
     for _ in 0..ROUNDS {
         if !proceed() {
@@ -119,7 +129,39 @@ pub fn make_charts(
         }
         relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
     }
-    part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)
+    part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
+    if compact {
+        part_bulky(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
+    }
+    for _ in 0..GLUINGS {
+        changed.fill(0);
+        if glue_small(uv, cut, changed, surface, scratch.frame())? == 0 {
+            break;
+        }
+        relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
+        part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
+    }
+    Ok(())
+}
+
+/// Splits charts until none is bulky or overlaps itself.
+fn part_bulky(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    changed: &mut [u8],
+    surface: &Surface,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut() -> bool,
+) -> Result<(), SeamError> {
+    for _ in 0..COMPACTIONS {
+        changed.fill(0);
+        if split_bulky(cut, changed, uv, surface, scratch.frame())? == 0 {
+            break;
+        }
+        relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
+    }
+    part_overlaps(uv, cut, changed, surface, scratch, workers, proceed)
 }
 
 /// Splits charts until none overlaps itself.

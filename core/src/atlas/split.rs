@@ -6,12 +6,12 @@
 //! Guarantee: a disk that is split gives two disks. Limit: one split a chart a call; the caller repeats.
 
 use super::surface::Surface;
-use crate::base::heap::Heap;
+use super::wedge_paths::{Go, WedgePaths};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::union_find::UnionFind;
 use crate::mesh::grid::{GridPoint, GridTriangle, grid_bits};
 use crate::mesh::overlap::overlaps;
-use crate::mesh::view::{NONE, next, prev};
+use crate::mesh::view::NONE;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 
@@ -88,7 +88,7 @@ pub fn split_overlaps(
     let node = scratch.take::<u32>(3 * faces)?;
     let node_count = surface.wedges(cut, node);
     let side = scratch.take::<u8>(faces)?;
-    let mut search = Search::new(node_count, faces, &mut scratch)?;
+    let mut search = Search::new(node, node_count, faces, &mut scratch)?;
     for clash in clashes(region, partner, chart, surface, &mut scratch)? {
         if clash.x == clash.y {
             side[clash.face as usize] = X;
@@ -168,26 +168,16 @@ fn clashes<'a>(
 /// Memory of one split, reused.
 struct Search<'a> {
     position: &'a mut [u32], // (nodes) place along the border, or NONE
-    cost: &'a mut [f64],     // (nodes)
-    via: &'a mut [u32],      // (nodes) half-edge from the nearer node
-    heap_cost: &'a mut [f64],
-    heap_slot: &'a mut [u32],
-    heap_item: &'a mut [u32],
-    first: &'a mut [u32],  // (nodes) a corner of each node
+    paths: WedgePaths<'a>,
     border: &'a mut [u32], // half-edges of the chart's border in order
     parent: &'a mut [u32], // (faces) of a corridor search
 }
 
 impl<'a> Search<'a> {
-    fn new(nodes: usize, faces: usize, keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
+    fn new(node: &[u32], nodes: usize, faces: usize, keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
         Ok(Self {
             position: keep.take_filled(nodes, NONE)?,
-            cost: keep.take_filled(nodes, f64::INFINITY)?,
-            via: keep.take_filled(nodes, NONE)?,
-            heap_cost: keep.take(nodes)?,
-            heap_slot: keep.take(nodes)?,
-            heap_item: keep.take(nodes)?,
-            first: keep.take_filled(nodes, NONE)?,
+            paths: WedgePaths::new(node, nodes, keep)?,
             border: keep.take(nodes)?,
             parent: keep.take_filled(faces, NONE)?,
         })
@@ -212,55 +202,31 @@ impl<'a> Search<'a> {
         let Some((y0, y1)) = longest_run(len, x1 + 1, len - (x1 + 1 - x0), label, Y) else { return false };
         // Arc A: after X up to Y; arc B: after Y up to X (positions count on past the end of the list).
         let (a, b) = ((x1 + 1, y0), (y1 + 1, x0 + len));
-        for (c, n) in node.iter().enumerate() {
-            self.first[*n as usize] = c as u32;
-        }
-        self.cost.fill(f64::INFINITY);
-        self.via.fill(NONE);
-        let target = |position: u32| position != NONE && (b.0..=b.1).any(|i| i % len == position as usize);
-        let mut heap = Heap::new(self.heap_cost, self.heap_slot, self.heap_item);
-        for i in a.0..=a.1 {
-            let n = node[self.border[i % len] as usize];
-            self.cost[n as usize] = 0.0;
-            heap.push(n, 0.0);
-        }
+        let (position, border) = (&*self.position, &*self.border);
+        let target = |position: u32| (b.0..=b.1).any(|i| i % len == position as usize);
         let mut end = NONE;
-        while let Some((n, at)) = heap.pop() {
-            if at > 0.0 && self.position[n as usize] != NONE {
-                if target(self.position[n as usize]) {
+        self.paths.grow(
+            surface,
+            cut,
+            node,
+            (a.0..=a.1).map(|i| node[border[i % len] as usize]),
+            |edge, across| {
+                let (s, o) = (side[(edge / 3) as usize], side[(across / 3) as usize]);
+                surface.cost[edge as usize] * if s != FREE && s == o { THROUGH } else { 1.0 }
+            },
+            |n, at| match position[n as usize] {
+                p if at == 0.0 || p == NONE => Go::On,
+                p if target(p) => {
                     end = n;
-                    break;
+                    Go::Home
                 }
-                continue;
-            }
-            let start = surface.wedge_start(cut, self.first[n as usize]);
-            for c in surface.wedge(cut, start) {
-                for (edge, far) in [(c, next(c)), (prev(c), prev(c))] {
-                    let Some(t) = surface.across(cut, edge) else { continue };
-                    let (s, o) = (side[(edge / 3) as usize], side[(t / 3) as usize]);
-                    let through = if s != FREE && s == o { THROUGH } else { 1.0 };
-                    let sum = at + surface.cost[edge as usize] * through;
-                    let m = node[far as usize] as usize;
-                    if sum < self.cost[m] {
-                        self.cost[m] = sum;
-                        self.via[m] = edge;
-                        heap.push(m as u32, sum);
-                    }
-                }
-            }
-        }
+                _ => Go::Around,
+            },
+        );
         if end == NONE {
             return false;
         }
-        let mut n = end;
-        while self.via[n as usize] != NONE {
-            let c = self.via[n as usize];
-            surface.set_cut(cut, c, true);
-            changed[(c / 3) as usize] = 1;
-            changed[(surface.twin[c as usize] / 3) as usize] = 1;
-            let (p, q) = (node[c as usize], node[next(c) as usize]);
-            n = if p == n { q } else { p };
-        }
+        self.paths.cut_back(end, cut, changed, node, surface);
         true
     }
 

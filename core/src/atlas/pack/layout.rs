@@ -3,17 +3,17 @@
 //! `Tight` fills a square: a bit-mask fill at many turns gives a start for any number of charts; up to
 //! [`SEPARATE_MAX`] charts then go through overlap minimisation in a shrinking square (after Gardeyn, Vanden Berghe,
 //! Wauters 2025, with distance fields in place of their circles). `Grid` gives each chart a cell.
-//! Guaranteed for `Tight`: no mirroring, one scale for all, inside [0, 1]^2, charts at least `padding` texels apart by
-//! an exact check of border segments (or as far as the summary says when that many charts cannot be), the same bits
-//! for any number of threads. Work is bounded by counts, never by a clock.
+//! Guaranteed for `Tight`: no mirroring, one scale for all, inside [0, 1]^2, charts at least `padding` texels apart (by
+//! conservative masks in the fill, by an exact check of border segments after separation; or as far as the summary says
+//! where that many charts cannot be), the same bits for any number of threads. Counts bound the work, never a clock.
+//! Limits: charts are not cut; two or three large ones may leave a third of the square empty whatever the search does.
 
 use super::{clearance, fill, grid, outline, outline::Outlines, separate, shelf, square};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
 use glam::DVec2;
 
-/// Charts above this number keep the result of the bit-mask fill. Separation costs about 10 us a chart and trial: at
-/// 160 charts its share of the work bound is spent on a few passes.
+/// Charts above this number keep the result of the bit-mask fill: with 160 the work bound is spent on a few sweeps.
 pub const SEPARATE_MAX: usize = 160;
 
 /// Texels that are added to the padding, so that rounding UVs to 2^-24 cannot eat it.
@@ -105,10 +105,11 @@ pub(super) struct Pose {
 
 /// Scratch bytes that [`pack`] asks for.
 pub fn pack_need(face_count: usize, chart_count: usize, settings: &Settings) -> usize {
-    let steps = fill::need(chart_count)
-        .max(shelf::need(chart_count))
-        .max(clearance::need(face_count * 3, chart_count))
-        .max(separate::need(face_count * 3, chart_count) + clearance::need(face_count * 3, chart_count));
+    let separation = match chart_count <= SEPARATE_MAX {
+        true => separate::need(face_count * 3, chart_count) + clearance::need(face_count * 3, chart_count),
+        false => 0,
+    };
+    let steps = fill::need(chart_count).max(shelf::need(chart_count)).max(separation);
     let tight = 2 * bytes_for::<Pose>(chart_count) + steps;
     outline::need(face_count, chart_count) + if settings.mode == Mode::Tight { tight } else { 0 }
 }
@@ -136,11 +137,12 @@ pub fn pack(
     let gap = Gap { texels: settings.padding as f64 + SLACK, size: settings.size.max(1) as f64 };
     let (mut side, padding) = shelf::place(poses, &outlines, &gap, &mut frame)?;
     square::place(poses, &mut side, &outlines);
+    let kept = if padding >= gap.texels { settings.padding as f64 } else { f64::max(padding - SLACK, 0.0) };
     if padding >= gap.texels {
-        fill::improve(poses, &mut side, &outlines, &gap, settings, &mut frame, workers)?;
+        fill::improve(poses, &mut side, &outlines, &gap, &mut frame, workers)?;
         separate::improve(poses, &mut side, &outlines, &gap, settings, &mut frame, workers)?;
     }
-    Ok(finish(placements, poses, &outlines, padding.min(gap.texels) - SLACK))
+    Ok(finish(placements, poses, &outlines, kept))
 }
 
 /// The distance that charts keep: texels of a texture.

@@ -132,34 +132,20 @@ impl<'a> Mask<'a> {
         let (w, h) = (self.width, self.height);
         let depth = &mut self.depth[..w * h];
         for y in 0..h {
-            for x in 0..w {
-                let at = y * w + x;
-                if depth[at] != 0 {
-                    let inner = x > 0 && y > 0 && x + 1 < w;
-                    let near = if inner {
-                        depth[at - 1].min(depth[at - w - 1]).min(depth[at - w]).min(depth[at - w + 1])
-                    } else {
-                        0
-                    };
-                    depth[at] = near.saturating_add(1);
-                }
-            }
+            let (above, rest) = depth.split_at_mut(y * w);
+            relax_row(&mut rest[..w], above.rchunks_exact(w).next(), false);
         }
         let mut best = [Pole { x: 0, y: 0, depth: 0 }; 16];
         for y in (0..h).rev() {
-            for x in (0..w).rev() {
-                let at = y * w + x;
-                if depth[at] != 0 {
-                    let inner = x > 0 && y + 1 < h && x + 1 < w;
-                    let near = if inner {
-                        depth[at + 1].min(depth[at + w - 1]).min(depth[at + w]).min(depth[at + w + 1])
-                    } else {
-                        0
-                    };
-                    depth[at] = depth[at].min(near.saturating_add(1));
-                    let part = &mut best[(y * 4 / h) * 4 + x * 4 / w];
-                    if depth[at] > part.depth {
-                        *part = Pole { x: x as i32, y: y as i32, depth: depth[at] };
+            let (rest, below) = depth.split_at_mut((y + 1) * w);
+            let row = &mut rest[y * w..];
+            relax_row(row, below.get(..w), true);
+            let part = &mut best[y * 4 / h * 4..][..4];
+            for (i, pole) in part.iter_mut().enumerate() {
+                let first = (i * w).div_ceil(4);
+                for (x, &depth) in row[first..((i + 1) * w).div_ceil(4)].iter().enumerate() {
+                    if depth > pole.depth {
+                        *pole = Pole { x: (first + x) as i32, y: y as i32, depth };
                     }
                 }
             }
@@ -168,4 +154,23 @@ impl<'a> Mask<'a> {
         self.poles.clear();
         self.poles.extend(best.into_iter().filter(|p| p.depth > 0));
     }
+}
+
+/// One row of a chessboard distance pass: each cell at most one more than its neighbour before it in the row and the
+/// three of the row passed before; what lies outside the mask has distance 0.
+fn relax_row(row: &mut [u8], passed: Option<&[u8]>, backwards: bool) {
+    let last = row.len() - 1;
+    let Some(passed) = passed else {
+        return row.iter_mut().for_each(|d| *d = (*d).min(1));
+    };
+    for (d, three) in row[1..].iter_mut().zip(passed.windows(3)) {
+        *d = (*d).min(three[0].min(three[1]).min(three[2]).saturating_add(1));
+    }
+    (row[0], row[last]) = (row[0].min(1), row[last].min(1));
+    let mut before = 0u8;
+    let step = |d: &mut u8| {
+        *d = (*d).min(before.saturating_add(1));
+        before = *d;
+    };
+    if backwards { row.iter_mut().rev().for_each(step) } else { row.iter_mut().for_each(step) }
 }

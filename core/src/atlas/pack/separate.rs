@@ -12,9 +12,9 @@ use super::field::{self, Fields};
 use super::layout::{Gap, Pose, SEPARATE_MAX, Settings};
 use super::outline::{self, Outlines};
 use super::{clearance, field::Shape};
-use crate::base::random;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Workers, for_each_chunk};
+use crate::base::{random, real};
 use core::f64::consts::{PI, TAU};
 use glam::{DVec2, Vec2};
 
@@ -22,8 +22,18 @@ use glam::{DVec2, Vec2};
 const LANES: usize = 2;
 /// Look-ups a lane for effort 1: about 5 ns each.
 const WORK: f64 = 6e7;
+/// Places that a colliding chart tries all over the square, and near its own. 40 and 16 fill 1 % less.
+const GLOBAL: usize = 16;
+const LOCAL: usize = 10;
+/// Places that are refined. 4 fill 1 % less.
+const REFINED: usize = 2;
+/// Sweeps without 2 % less overlap before an attempt is given up. Over eight atlases of 3 to 39 charts, 12 fills .705 of
+/// the square on the mean, 7 .693, 25 .692 and 60 .686.
+const PATIENCE: usize = 12;
 /// Rounds of the exact check, each with wider gaps between the pairs that failed the last.
-const CHECKS: usize = 12;
+const CHECKS: usize = 40;
+/// Look-ups a round.
+const CHECK_WORK: f64 = 5e5;
 
 /// Bytes that [`improve`] takes.
 pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
@@ -133,7 +143,7 @@ impl Lane<'_> {
 
     /// Explores with steps of a few percent, then compresses with finer ones, within `budget` look-ups.
     fn search(&mut self, budget: f64) {
-        let mut shrink = 0.02;
+        let mut shrink = f64::min(0.02, 0.06 / real::sqrt(self.count() as f64));
         let mut fails = 0;
         while self.work < budget {
             let late = self.work > 0.7 * budget;
@@ -144,7 +154,7 @@ impl Lane<'_> {
             if fails > 0 && !late {
                 self.disrupt();
             }
-            if self.resolve(budget, if late { 40 } else { 60 }) {
+            if self.resolve(budget, PATIENCE) {
                 self.keep();
                 fails = 0;
             } else {
@@ -161,13 +171,13 @@ impl Lane<'_> {
         self.extra.fill(0.0);
         let count = self.count();
         for round in 0..CHECKS {
-            self.load(self.best_side);
-            if round > 0 && !self.resolve(self.work + 2e6, 60) {
-                self.load(self.best_side * 1.001);
-                self.resolve(self.work + 2e6, 60);
-            }
+            // The room grows a little from round to round, so that the gaps find it.
+            self.load(self.best_side * if round > 2 { 1.0005 } else { 1.0 });
             if self.side >= limit {
                 return Ok(false);
+            }
+            if round > 0 {
+                self.resolve(self.work + CHECK_WORK, 2 * PATIENCE);
             }
             self.keep();
             let bound = self.gap.within(self.side);
@@ -278,13 +288,12 @@ impl Lane<'_> {
     /// Moves a chart to the least weighted overlap that samples and descent find, if that is less than now.
     fn relocate(&mut self, chart: usize) {
         let now = self.bodies[chart];
-        let mut best = heapless::Vec::<(f32, Body), 4>::new();
+        let mut best = heapless::Vec::<(f32, Body), REFINED>::new();
         let loss = self.loss(chart, &now, f32::INFINITY);
         let _ = best.push((loss, now));
-        let (global, local) = (16, 10);
-        for sample in 0..global + local {
+        for sample in 0..GLOBAL + LOCAL {
             let random = [self.draw(), self.draw(), self.draw()];
-            let body = if sample < global {
+            let body = if sample < GLOBAL {
                 // Anywhere, at any turn; every other one at a quarter turn from now.
                 let angle = if sample % 2 == 0 {
                     random[2] * TAU
@@ -300,7 +309,7 @@ impl Lane<'_> {
                 self.inside(chart, Body { at: now.at + step.as_vec2(), turn, angle })
             };
             let Some(body) = body else { continue };
-            let limit = if best.is_full() { best[3].0 } else { f32::INFINITY };
+            let limit = if best.is_full() { best[REFINED - 1].0 } else { f32::INFINITY };
             let loss = self.loss(chart, &body, limit);
             if loss < limit {
                 if best.is_full() {

@@ -1,0 +1,342 @@
+//! Gluing charts: a small chart is joined to a neighbour along a seam that they share, if it fits there.
+//!
+//! Splits against overlap leave small charts behind, and what did not fit on one side of an old cut often fits on the
+//! other. The small chart is laid beside its neighbour by the best rigid motion of the shared seam, takes the neighbour's
+//! points there, and is relaxed with those held; the neighbour does not move. It stays where no face overlaps and its own
+//! distortion is within bounds.
+//! Guarantee: two disks glued along one run of edges are one disk; no flip, no overlap. Cost: a pass over the neighbour's
+//! faces a trial; trials are bounded.
+
+use super::charts::Charts;
+use super::relax::{Piece, Stop, relax, relax_need};
+use super::surface::Surface;
+use crate::base::real::sqrt;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::mesh::grid::{GridPoint, grid_bits, interiors_meet};
+use crate::mesh::view::{NONE, next};
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, DVec3};
+
+/// Charts above this share of all area are not moved.
+const LARGEST: f64 = 0.02;
+/// Faces of a chart that is moved, at the most: bounds the cost of a trial.
+const MOST_FACES: usize = 2000;
+/// Most that a glued chart may be distorted on its own: mean energy over 4.
+const DISTORTION: f64 = 1.15;
+/// Seams that are tried a chart, dearest first.
+const TRIES: usize = 4;
+/// Newton steps of a trial.
+const STOP: Stop = Stop { steps: 12, tolerance: 1e-4 };
+
+/// A run of border half-edges of a chart with one neighbour across it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+struct Run {
+    first: u32, // place in the border
+    count: u32,
+    saved: f64, // cost of the seam
+}
+
+/// Scratch bytes for [`glue_small`].
+pub fn glue_need(faces: usize) -> usize {
+    let small = faces.min(MOST_FACES);
+    5 * bytes_for::<u32>(faces + 2) + 2 * bytes_for::<u32>(3 * faces) + small * 400 + relax_need(small + 2, small, 0)
+}
+
+/// Glues small charts to neighbours, the smallest first; returns how many. `changed` marks the faces of charts that took
+/// one.
+pub fn glue_small(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    changed: &mut [u8],
+    surface: &Surface,
+    mut scratch: Scratch,
+) -> Result<usize, ScratchTooSmall> {
+    let faces = surface.mesh.faces.len();
+    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let total: f64 = surface.rest.iter().map(|r| r.area).sum();
+    let area = |k: usize| charts.faces_of(k).iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
+    let order = scratch.take::<[u64; 2]>(charts.count())?;
+    let mut len = 0;
+    for k in 0..charts.count() {
+        let a = area(k);
+        if a <= LARGEST * total && charts.faces_of(k).len() <= MOST_FACES {
+            order[len] = [a.to_bits(), k as u64];
+            len += 1;
+        }
+    }
+    let order = &mut order[..len];
+    order.sort_unstable();
+    // Charts grow as others are glued to them: a face names its chart through this table.
+    let now = scratch.take::<u32>(charts.count())?;
+    now.iter_mut().enumerate().for_each(|(k, n)| *n = k as u32);
+    let local = scratch.take_filled::<u32>(3 * faces, NONE)?;
+    let mut glued = 0;
+    for [_, k] in order.iter() {
+        let k = *k as usize;
+        // A chart that has taken another is not small any more: it stays.
+        if now.iter().enumerate().any(|(j, n)| j != k && *n == k as u32) {
+            continue;
+        }
+        let into = try_chart(uv, cut, k, &charts, now, local, surface, scratch.frame())?;
+        if let Some(into) = into {
+            now[k] = into;
+            glued += 1;
+            charts.faces_of(k).iter().for_each(|f| changed[*f as usize] = 1);
+        }
+    }
+    Ok(glued)
+}
+
+/// Tries the seams of chart `k`; answers the chart that it became part of.
+#[allow(clippy::too_many_arguments)]
+fn try_chart(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    k: usize,
+    charts: &Charts,
+    now: &[u32],
+    local: &mut [u32],
+    surface: &Surface,
+    mut scratch: Scratch,
+) -> Result<Option<u32>, ScratchTooSmall> {
+    let faces = charts.faces_of(k);
+    let home = |face: u32| {
+        let mut at = charts.of_face[face as usize];
+        while now[at as usize] != at {
+            at = now[at as usize];
+        }
+        at
+    };
+    let Some(start) = faces.iter().flat_map(|f| 3 * f..3 * f + 3).find(|c| surface.is_open(cut, *c)) else {
+        return Ok(None);
+    };
+    let border = scratch.fill::<u32>(|out| {
+        let (mut c, mut len) = (start, 0);
+        loop {
+            *out.get_mut(len)? = c;
+            len += 1;
+            c = surface.following(cut, c);
+            if c == start {
+                return Some(len);
+            }
+        }
+    })?;
+    let runs = scratch.take::<Run>(border.len())?;
+    let count = find_runs(runs, border, cut, k as u32, &home, surface);
+    let runs = &mut runs[..count];
+    runs.sort_unstable_by(|a, b| b.saved.total_cmp(&a.saved).then(a.first.cmp(&b.first)));
+    for run in runs.iter().take(TRIES) {
+        let run: Run = *run;
+        let edge = |i: u32| border[((run.first + i) as usize) % border.len()];
+        let into = home(surface.twin[edge(0) as usize] / 3);
+        let mut trial = Trial::new(uv, cut, faces, local, surface, &mut scratch)?;
+        let fits =
+            trial.fit(uv, run.count, &edge, surface, scratch.frame())? && !trial.overlaps(uv, charts, &home, into);
+        if fits {
+            trial.write(uv);
+            (0..run.count).for_each(|i| surface.set_cut(cut, edge(i), false));
+        }
+        faces.iter().flat_map(|f| 3 * f..3 * f + 3).for_each(|c| local[c as usize] = NONE);
+        if fits {
+            return Ok(Some(into));
+        }
+    }
+    Ok(None)
+}
+
+/// Longest stretches of the border with one neighbour across, whose border runs along without a branch.
+fn find_runs(
+    runs: &mut [Run],
+    border: &[u32],
+    cut: &[u8],
+    own: u32,
+    home: &impl Fn(u32) -> u32,
+    surface: &Surface,
+) -> usize {
+    let n = border.len();
+    let neighbour = |i: usize| {
+        let t = surface.twin[border[i % n] as usize];
+        (t != NONE && surface.cost[border[i % n] as usize].is_finite()).then(|| home(t / 3)).filter(|h| *h != own)
+    };
+    let joined = |i: usize| {
+        neighbour(i).is_some()
+            && neighbour(i) == neighbour(i + 1)
+            && surface.following(cut, surface.twin[border[(i + 1) % n] as usize])
+                == surface.twin[border[i % n] as usize]
+    };
+    let mut count = 0;
+    let begin = (0..n).find(|i| !joined(*i)).map_or(0, |i| i + 1);
+    let mut i = begin;
+    while i < begin + n {
+        let mut end = i;
+        while end + 1 < begin + n && joined(end) {
+            end += 1;
+        }
+        if neighbour(i).is_some() {
+            // A run around the whole border would leave no border: it stops one edge short.
+            let len = (end - i + 1).min(n - 1);
+            let saved = (i..i + len).map(|j| surface.cost[border[j % n] as usize]).sum();
+            if len > 0 {
+                runs[count] = Run { first: (i % n) as u32, count: len as u32, saved };
+                count += 1;
+            }
+        }
+        i = end + 1;
+    }
+    count
+}
+
+/// A chart on its way to a neighbour.
+struct Trial<'t> {
+    faces: &'t [u32],
+    triangles: &'t mut [[u32; 3]],
+    rest: &'t mut [super::energy::Rest],
+    x: &'t mut [DVec2],
+    held: &'t mut [u8],
+}
+
+impl<'t> Trial<'t> {
+    fn new<'s: 't>(
+        uv: &[DVec2],
+        cut: &[u8],
+        faces: &'t [u32],
+        local: &mut [u32],
+        surface: &Surface,
+        scratch: &mut Scratch<'s>,
+    ) -> Result<Self, ScratchTooSmall> {
+        let triangles = scratch.take::<[u32; 3]>(faces.len())?;
+        let rest = scratch.take::<super::energy::Rest>(faces.len())?;
+        let x = scratch.take::<DVec2>(3 * faces.len())?;
+        let mut count = 0;
+        for (k, f) in faces.iter().enumerate() {
+            rest[k] = surface.rest[*f as usize];
+            for i in 0..3 {
+                let c = 3 * f + i;
+                let start = surface.wedge_start(cut, c) as usize;
+                if local[start] == NONE {
+                    local[start] = count;
+                    x[count as usize] = uv[c as usize];
+                    count += 1;
+                }
+                triangles[k][i as usize] = local[start];
+            }
+        }
+        let held = scratch.take::<u8>(count as usize)?;
+        Ok(Self { faces, triangles, rest, x: &mut x[..count as usize], held })
+    }
+
+    /// Lays the chart beside its neighbour and relaxes it there; false where it flips or is distorted too much.
+    fn fit(
+        &mut self,
+        uv: &[DVec2],
+        count: u32,
+        edge: &impl Fn(u32) -> u32,
+        surface: &Surface,
+        mut scratch: Scratch,
+    ) -> Result<bool, ScratchTooSmall> {
+        // Nodes of the seam and where the neighbour has them.
+        let seam = scratch.take::<u32>(count as usize + 1)?;
+        let target = scratch.take::<DVec2>(count as usize + 1)?;
+        for i in 0..count {
+            let (c, t) = (edge(i), surface.twin[edge(i) as usize]);
+            seam[i as usize] = self.node(c);
+            target[i as usize] = uv[next(t) as usize];
+            seam[i as usize + 1] = self.node(next(c));
+            target[i as usize + 1] = uv[t as usize];
+        }
+        let n = seam.len() as f64;
+        let from: DVec2 = seam.iter().map(|s| self.x[*s as usize]).sum::<DVec2>() / n;
+        let to: DVec2 = target.iter().copied().sum::<DVec2>() / n;
+        let (mut dot, mut cross) = (0.0, 0.0);
+        for (s, t) in seam.iter().zip(target.iter()) {
+            let (a, b) = (self.x[*s as usize] - from, *t - to);
+            dot += a.dot(b);
+            cross += a.perp_dot(b);
+        }
+        let length = sqrt(dot * dot + cross * cross);
+        let turn = if length > 0.0 { DVec2::new(dot, cross) / length } else { DVec2::X };
+        self.x.iter_mut().for_each(|x| *x = turn.rotate(*x - from) + to);
+        self.held.fill(0);
+        for (s, t) in seam.iter().zip(target.iter()) {
+            self.x[*s as usize] = *t;
+            self.held[*s as usize] = 1;
+        }
+        // Free nodes first.
+        let place = scratch.take::<u32>(self.x.len())?;
+        let (mut free, mut last) = (0, self.held.iter().filter(|h| **h == 0).count() as u32);
+        for (p, h) in place.iter_mut().zip(self.held.iter()) {
+            let slot = if *h == 0 { &mut free } else { &mut last };
+            *p = *slot;
+            *slot += 1;
+        }
+        let y = scratch.take::<DVec2>(self.x.len())?;
+        for (x, p) in self.x.iter().zip(place.iter()) {
+            y[*p as usize] = *x;
+        }
+        let triangles = scratch.take::<[u32; 3]>(self.triangles.len())?;
+        for (t, from) in triangles.iter_mut().zip(self.triangles.iter()) {
+            *t = from.map(|i| place[i as usize]);
+        }
+        let at: &[DVec3] = &[];
+        let piece = Piece { triangles, rest: self.rest, free: free as usize, at, springs: &[] };
+        let done = relax(y, &piece, STOP, scratch)?;
+        for (x, p) in self.x.iter_mut().zip(place.iter()) {
+            *x = y[*p as usize];
+        }
+        let weight: f64 = self.rest.iter().map(|r| r.weight).sum();
+        Ok(done.after <= 4.0 * DISTORTION * weight)
+    }
+
+    /// Local node of a corner of the chart.
+    fn node(&self, c: u32) -> u32 {
+        let f = self.faces.partition_point(|f| *f < c / 3);
+        self.triangles[f][(c % 3) as usize]
+    }
+
+    /// Whether a face of the chart lies on one of chart `into`, or on another of its own.
+    fn overlaps(&self, uv: &[DVec2], charts: &Charts, home: &impl Fn(u32) -> u32, into: u32) -> bool {
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for x in self.x.iter() {
+            low = low.min(*x);
+            high = high.max(*x);
+        }
+        let bits = grid_bits((high - low).max_element().max(1e-300) * 4.0);
+        let snap = |t: [DVec2; 3]| t.map(|p| GridPoint::snap(p - low, bits));
+        let own = |k: usize| snap(self.triangles[k].map(|i| self.x[i as usize]));
+        let apart = |a: [DVec2; 3], b: [DVec2; 3]| {
+            let (al, ah) = (a[0].min(a[1]).min(a[2]), a[0].max(a[1]).max(a[2]));
+            let (bl, bh) = (b[0].min(b[1]).min(b[2]), b[0].max(b[1]).max(b[2]));
+            al.cmpge(bh).any() || bl.cmpge(ah).any()
+        };
+        for f in 0..charts.of_face.len() {
+            let t = [uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]];
+            if apart(t, [low, high, high]) || home(f as u32) != into {
+                continue;
+            }
+            let hit = (0..self.faces.len()).any(|k| {
+                let s = self.triangles[k].map(|i| self.x[i as usize]);
+                !apart(s, t) && interiors_meet(&own(k), &snap(t))
+            });
+            if hit {
+                return true;
+            }
+        }
+        (0..self.faces.len()).any(|j| {
+            (0..j).any(|k| {
+                let (s, t) = (self.triangles[j], self.triangles[k]);
+                let (s, t) = (s.map(|i| self.x[i as usize]), t.map(|i| self.x[i as usize]));
+                !apart(s, t) && interiors_meet(&own(j), &own(k))
+            })
+        })
+    }
+
+    /// Writes the chart's new UVs.
+    fn write(&self, uv: &mut [DVec2]) {
+        for (f, t) in self.faces.iter().zip(self.triangles.iter()) {
+            for i in 0..3 {
+                uv[3 * *f as usize + i] = self.x[t[i] as usize];
+            }
+        }
+    }
+}

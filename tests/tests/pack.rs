@@ -1,0 +1,277 @@
+//! Packing: behaviour on exact small cases, degenerate input, and random charts against a naive check.
+
+use glam::DVec2;
+use seamwright_core::atlas::pack::{Charts, Mode, Placement, Settings, Summary, pack, pack_need};
+use seamwright_core::base::random::unit_f64;
+use seamwright_core::base::scratch::Scratch;
+use seamwright_core::base::workers::{Serial, Workers};
+
+/// Charts as fans or strips of triangles; every triangle has vertices of its own chart only.
+#[derive(Default)]
+struct Set {
+    uv: Vec<DVec2>,
+    faces: Vec<[u32; 3]>,
+    chart: Vec<u32>,
+    count: usize,
+}
+
+impl Set {
+    /// Adds a chart of quads given by their least corner and size.
+    fn boxes(mut self, boxes: &[[f64; 4]]) -> Self {
+        for &[x, y, w, h] in boxes {
+            let first = self.uv.len() as u32;
+            self.uv.extend([(0.0, 0.0), (w, 0.0), (w, h), (0.0, h)].map(|(a, b)| DVec2::new(x + a, y + b)));
+            self.faces.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+            self.chart.extend([self.count as u32; 2]);
+        }
+        self.count += 1;
+        self
+    }
+
+    /// Adds a star-shaped chart with `corners` random radii.
+    fn star(mut self, seed: u64, corners: u32) -> Self {
+        let (first, chart) = (self.uv.len() as u32, self.count as u64);
+        self.uv.push(DVec2::new(7.0, -3.0));
+        for i in 0..corners {
+            let radius = (0.2 + unit_f64(seed, chart, i as u64)) * (0.3 + unit_f64(seed, chart, 1000));
+            let angle = i as f64 / corners as f64 * std::f64::consts::TAU;
+            self.uv.push(self.uv[first as usize] + radius * DVec2::from_angle(angle));
+            self.faces.push([first, first + 1 + i, first + 1 + (i + 1) % corners]);
+            self.chart.push(chart as u32);
+        }
+        self.count += 1;
+        self
+    }
+
+    fn view(&self) -> Charts<'_> {
+        Charts { uv: &self.uv, faces: &self.faces, chart: &self.chart, count: self.count }
+    }
+
+    fn pack_with(&self, settings: &Settings, workers: &dyn Workers) -> (Vec<Placement>, Summary) {
+        let mut bytes = vec![0; pack_need(self.faces.len(), self.count, settings)];
+        let mut placements = vec![Placement::IDENTITY; self.count];
+        let summary = pack(&mut placements, &self.view(), settings, &mut Scratch::new(&mut bytes), workers).unwrap();
+        (placements, summary)
+    }
+
+    fn pack(&self, settings: &Settings) -> (Vec<Placement>, Summary) {
+        self.pack_with(settings, &Serial)
+    }
+
+    fn placed(&self, placements: &[Placement]) -> Vec<[DVec2; 3]> {
+        let place =
+            |(face, chart): (&[u32; 3], &u32)| face.map(|v| placements[*chart as usize].apply(self.uv[v as usize]));
+        self.faces.iter().zip(&self.chart).map(place).collect()
+    }
+
+    /// The least distance of triangles of different charts, by every pair; 0 where they overlap.
+    fn least_distance(&self, placements: &[Placement]) -> f64 {
+        let placed = self.placed(placements);
+        let mut least = f64::INFINITY;
+        for (i, a) in placed.iter().enumerate() {
+            for (j, b) in placed.iter().enumerate().skip(i + 1) {
+                if self.chart[i] != self.chart[j] {
+                    least = least.min(triangles_apart(a, b));
+                }
+            }
+        }
+        least
+    }
+
+    /// What every tight packing must keep.
+    fn assert_valid(&self, placements: &[Placement], summary: &Summary, settings: &Settings) {
+        let inside = |p: &DVec2| p.min_element() >= 0.0 && p.max_element() <= 1.0;
+        assert!(self.placed(placements).iter().flatten().all(inside), "inside the unit square");
+        for p in placements {
+            assert_eq!(p.scale, placements[0].scale, "one scale");
+            assert!((p.turn.length() - 1.0).abs() < 1e-12, "a rotation");
+        }
+        assert_eq!(summary.padding, settings.padding as f64);
+        let texels = self.least_distance(placements) * settings.size as f64;
+        assert!(texels >= settings.padding as f64, "{texels} texels between two charts");
+    }
+}
+
+fn triangles_apart(a: &[DVec2; 3], b: &[DVec2; 3]) -> f64 {
+    let side = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
+    let holds =
+        |t: &[DVec2; 3], p: DVec2| side(t[0], t[1], t[2]) > 0.0 && (0..3).all(|i| side(t[i], t[(i + 1) % 3], p) >= 0.0);
+    if a.iter().any(|p| holds(b, *p)) || b.iter().any(|p| holds(a, *p)) {
+        return 0.0;
+    }
+    let to_segment = |p: DVec2, a: DVec2, b: DVec2| {
+        let share = if a == b { 0.0 } else { ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0) };
+        p.distance(a.lerp(b, share))
+    };
+    let mut least = f64::INFINITY;
+    for i in 0..3 {
+        for j in 0..3 {
+            let (p, q, r, s) = (a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]);
+            if side(p, q, r) * side(p, q, s) < 0.0 && side(r, s, p) * side(r, s, q) < 0.0 {
+                return 0.0;
+            }
+            least = least.min(to_segment(p, r, s)).min(to_segment(r, p, q));
+        }
+    }
+    least
+}
+
+struct Backwards;
+impl Workers for Backwards {
+    fn run(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
+        std::thread::scope(|scope| (0..count).rev().for_each(|i| drop(scope.spawn(move || task(i)))));
+    }
+}
+
+#[test]
+fn sixteen_equal_squares_fill_nearly_everything() {
+    let set = (0..16).fold(Set::default(), |set, i| set.boxes(&[[i as f64, 2.0, 1.0, 1.0]]));
+    let settings = Settings { padding: 2, ..Settings::default() };
+    let (placements, summary) = set.pack(&settings);
+    set.assert_valid(&placements, &summary, &settings);
+    // Four in a row with three gaps of 2 texels: (1018 / 1024)^2 = .988; the rest is what the search leaves.
+    assert!(summary.utilisation > 0.95, "{summary:?}");
+}
+
+#[test]
+fn an_l_and_a_square_make_a_square() {
+    let set = Set::default().boxes(&[[0.0, 0.0, 2.0, 1.0], [0.0, 1.0, 1.0, 1.0]]).boxes(&[[5.0, 5.0, 0.99, 0.99]]);
+    let (placements, summary) = set.pack(&Settings::default());
+    set.assert_valid(&placements, &summary, &Settings::default());
+    assert!(summary.utilisation > 0.96, "{summary:?}");
+}
+
+#[test]
+fn a_hole_takes_the_chart_that_fits_it() {
+    let frame = [[0.0, 0.0, 3.0, 0.9], [0.0, 0.9, 0.9, 1.2], [2.1, 0.9, 0.9, 1.2], [0.0, 2.1, 3.0, 0.9]];
+    let set = Set::default().boxes(&frame).boxes(&[[9.0, 0.0, 1.0, 1.0]]);
+    let (placements, summary) = set.pack(&Settings::default());
+    set.assert_valid(&placements, &summary, &Settings::default());
+    // 7.56 + 1 of 9 when the square is inside.
+    assert!(summary.utilisation > 0.9, "{summary:?}");
+}
+
+#[test]
+fn random_charts_keep_their_distance() {
+    for (seed, charts, padding, size) in [(1, 2, 0, 512), (2, 5, 2, 1024), (3, 12, 8, 512), (4, 40, 3, 1024)] {
+        let set = (0..charts).fold(Set::default(), |set, _| set.star(seed, 9));
+        let settings = Settings { padding, size, seed, effort: 0.2, ..Settings::default() };
+        let (placements, summary) = set.pack(&settings);
+        set.assert_valid(&placements, &summary, &settings);
+    }
+}
+
+#[test]
+fn many_charts_keep_their_distance_without_separation() {
+    let set = (0..200).fold(Set::default(), |set, _| set.star(5, 5));
+    let (placements, summary) = set.pack(&Settings::default());
+    set.assert_valid(&placements, &summary, &Settings::default());
+}
+
+#[test]
+fn the_order_of_tasks_changes_no_bit() {
+    let set = (0..6).fold(Set::default(), |set, _| set.star(6, 11));
+    let settings = Settings { effort: 0.1, ..Settings::default() };
+    assert_eq!(set.pack_with(&settings, &Serial), set.pack_with(&settings, &Backwards));
+}
+
+#[test]
+fn scaling_by_a_power_of_two_changes_no_turn() {
+    let set = (0..4).fold(Set::default(), |set, _| set.star(7, 8));
+    let mut large = (0..4).fold(Set::default(), |set, _| set.star(7, 8));
+    large.uv.iter_mut().for_each(|p| *p *= 1024.0);
+    let settings = Settings { effort: 0.1, ..Settings::default() };
+    let (small, large) = (set.pack(&settings).0, large.pack(&settings).0);
+    assert!(small.iter().zip(&large).all(|(a, b)| a.turn == b.turn && a.scale == b.scale * 1024.0));
+}
+
+#[test]
+fn one_chart_turns_into_its_smallest_square() {
+    // A diamond: upright it fills half of its box, turned by 45 degrees all of it.
+    let mut set = Set::default().boxes(&[[0.0, 0.0, 1.0, 1.0]]);
+    let turn = DVec2::from_angle(0.7);
+    set.uv.iter_mut().for_each(|p| *p = turn.rotate(*p));
+    let (placements, summary) = set.pack(&Settings::default());
+    set.assert_valid(&placements, &summary, &Settings { padding: 2, ..Settings::default() });
+    assert!(summary.utilisation > 1.0 - 1e-6, "{summary:?}");
+}
+
+#[test]
+fn needles_points_and_empty_charts_are_placed() {
+    let mut set =
+        Set::default().boxes(&[[0.0, 0.0, 1.0, 1.0]]).boxes(&[[0.0, 0.0, 3.0, 0.0]]).boxes(&[[4.0, 4.0, 0.0, 0.0]]);
+    set.count = 5; // charts 3 and 4 have no faces
+    let (placements, summary) = set.pack(&Settings::default());
+    assert!(placements.iter().all(|p| p.scale.is_finite() && p.translation.is_finite()));
+    assert_eq!(placements[4], Placement::IDENTITY);
+    assert!(summary.utilisation.is_finite() && set.least_distance(&placements[..3]) * 1024.0 >= 2.0);
+}
+
+#[test]
+fn nothing_and_coordinates_that_are_no_numbers_do_no_harm() {
+    assert_eq!(Set::default().pack(&Settings::default()).0, []);
+    let mut set = Set::default().star(8, 5).star(8, 6);
+    set.uv[1] = DVec2::new(f64::NAN, f64::INFINITY);
+    assert!(set.pack(&Settings::default()).0.iter().all(|p| p.translation.is_finite()));
+}
+
+#[test]
+fn extreme_scales_are_packed_or_left_but_never_panic() {
+    for scale in [1e-300, 1e-150, 1e-12, 1e12, 1e150, 1e300] {
+        let mut set = (0..4).fold(Set::default(), |set, _| set.star(12, 6));
+        set.uv.iter_mut().for_each(|p| *p *= scale);
+        let settings = Settings { effort: 0.02, ..Settings::default() };
+        let (placements, _) = set.pack(&settings);
+        if (1e-12..=1e12).contains(&scale) {
+            assert!(set.least_distance(&placements) * 1024.0 >= 2.0);
+        }
+    }
+}
+
+#[test]
+fn a_chart_as_wide_as_the_square_is_packed() {
+    let set =
+        Set::default().boxes(&[[0.0, 0.0, 9.0, 0.5]]).boxes(&[[0.0, 0.0, 9.0, 0.1]]).boxes(&[[0.0, 0.0, 0.1, 0.1]]);
+    let settings = Settings { effort: 0.05, ..Settings::default() };
+    let (placements, summary) = set.pack(&settings);
+    set.assert_valid(&placements, &summary, &settings);
+    assert!(summary.utilisation > 5.4 / 81.0 * 0.98, "{summary:?}");
+}
+
+#[test]
+fn padding_that_cannot_be_kept_is_reported() {
+    let set = (0..64).fold(Set::default(), |set, _| set.star(9, 4));
+    let (placements, summary) = set.pack(&Settings { size: 16, padding: 8, ..Settings::default() });
+    assert!(summary.padding < 8.0 && summary.padding >= 0.0);
+    assert!(set.least_distance(&placements) * 16.0 >= summary.padding);
+}
+
+#[test]
+fn one_byte_too_little_is_refused_and_nothing_written() {
+    for mode in [Mode::Tight, Mode::Grid] {
+        let set = (0..3).fold(Set::default(), |set, _| set.star(10, 7));
+        let settings = Settings { mode, effort: 0.05, ..Settings::default() };
+        let need = pack_need(set.faces.len(), set.count, &settings);
+        let mut bytes = vec![0; need];
+        let mut placements = vec![Placement::IDENTITY; 3];
+        let mut run =
+            |bytes: &mut [u8]| pack(&mut placements, &set.view(), &settings, &mut Scratch::new(bytes), &Serial);
+        let refused = run(&mut bytes[1..]).unwrap_err();
+        assert_eq!((refused.need, refused.given), (need, need - 1));
+        assert!(run(&mut bytes).is_ok());
+    }
+}
+
+#[test]
+fn the_grid_follows_its_formula() {
+    let set = (0..5).fold(Set::default(), |set, i| set.boxes(&[[i as f64, -1.0, 2.0, 1.0 + i as f64]]));
+    let settings = Settings { mode: Mode::Grid, size: 100, padding: 2, ..Settings::default() };
+    let (placements, _) = set.pack(&settings);
+    // G = ceil(sqrt 5) = 3, pad = 2 texels of a cell of 100/3; chart 4 stands in column 1 of row 1.
+    let (cells, pad) = (3.0, 0.06);
+    let chart = set.placed(&placements)[8];
+    let corner = DVec2::splat((1.0 + pad) / cells);
+    assert!(chart[0].distance(corner) < 1e-12, "{chart:?}");
+    // Its longer side of 5 fills the cell but for the padding.
+    assert!((chart[2].y - corner.y - (1.0 - 2.0 * pad) / cells).abs() < 1e-12);
+}
