@@ -71,6 +71,11 @@ impl Loaded {
         }
     }
 
+    /// The file's name without its folder, for people.
+    pub fn name(&self) -> String {
+        self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
+    }
+
     /// What was odd in the file.
     pub fn warnings(&self) -> &[String] {
         match &self.content {

@@ -5,6 +5,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::{TempDir, tempdir};
 
+/// How every PNG file begins.
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
 /// A folder with one good mesh in it.
@@ -132,12 +134,33 @@ fn unwrapping_a_file_into_itself_changes_only_its_uvs_and_does_so_once() {
 }
 
 #[test]
-fn the_demo_writes_a_mapped_mesh_and_a_report() {
+fn the_demo_writes_a_mapped_mesh_a_picture_and_a_report() {
     let dir = folder();
     let output = seamwright(dir.path(), &["demo"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let names: Vec<_> = snapshot(&dir.path().join("seamwright-demo")).into_iter().map(|(name, _)| name).collect();
-    assert!(names.iter().any(|n| n.ends_with(".obj")) && names.iter().any(|n| n.ends_with(".json")), "{names:?}");
+    let files = snapshot(&dir.path().join("seamwright-demo"));
+    let names: Vec<_> = files.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["quadruped.json", "quadruped.obj", "quadruped.png"]);
+    assert!(String::from_utf8_lossy(&files[1].1).contains("\nvt "));
+    assert!(files[2].1.starts_with(PNG));
+}
+
+#[test]
+fn sheets_are_drawn_by_unwrap_and_from_its_file_alike_with_any_threads() {
+    let dir = folder();
+    let dir = dir.path();
+    let sheet = |name: &'static str, threads: &'static str| {
+        let flags = ["unwrap", "good.obj", "-o", "out.obj", "--sheet", name, "--threads", threads, "-q"];
+        assert!(seamwright(dir, &flags).status.success());
+        fs::read(dir.join(name)).expect("written")
+    };
+    let once = sheet("a.png", "1");
+    assert!(once.starts_with(PNG));
+    assert!(once == sheet("b.png", "3"), "threads change the picture");
+    let output = seamwright(dir, &["render", "out.obj", "-o", "c.png"]);
+    assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]));
+    assert!(fs::read(dir.join("c.png")).expect("written").starts_with(PNG));
+    fails(dir, &["render", "out.obj", "-o", "out.obj"], 2, &["-o out.obj", ".png"]);
 }
 
 #[cfg(unix)]

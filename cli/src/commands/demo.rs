@@ -9,16 +9,16 @@ use std::fs;
 use std::path::Path;
 
 /// The built-in mesh: its name and its OBJ.
-const FIXTURE: (&str, &[u8]) = ("knot", include_bytes!("demo.obj"));
+const FIXTURE: (&str, &[u8]) = ("quadruped", include_bytes!("../../../fixtures/quadruped.obj"));
 
-/// Runs `seamwright demo`: writes the mesh with its atlas and the report to a folder.
+/// Runs `seamwright demo`: writes the mesh with its atlas, a picture and the report to a folder.
 pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
     let folder = &args.output;
     fs::create_dir_all(folder).map_err(|e| Failure::output("-o", folder, &e))?;
     let (name, bytes) = FIXTURE;
     let job = Job {
         output: folder.join(name).with_extension("obj"),
-        sheet: None,
+        sheet: Some(folder.join(name).with_extension("png")),
         json: Some(folder.join(name).with_extension("json")),
         method: Method::Exact,
         settings: Settings::default(),

@@ -1,14 +1,26 @@
-//! `seamwright render`: pictures of a UV-mapped mesh.
+//! `seamwright render`: pictures of a UV-mapped mesh, whatever tool made it.
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::load::load;
-use crate::save;
+use crate::picture::Drawing;
+use crate::save::{self, Drafts};
+use crate::threads::Pool;
 
-/// Runs `seamwright render`.
+/// Runs `seamwright render`. Exposure is found by our own rays, charts from the UVs.
 pub fn render(args: &RenderArgs) -> Result<(), Failure> {
+    // A slip of the hand must not put a picture over the mesh.
+    if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
+        let text = format!("-o {}: a picture is written; name a file that ends in .png", args.output.display());
+        return Err(Failure::Usage(text));
+    }
     save::check("-o", &args.output)?;
     let loaded = load(&args.file)?;
-    let (_mesh, _uv) = loaded.mapped()?;
-    Err(Failure::Unreached("render: this version draws no pictures yet".into()))
+    let (mesh, corner_uv) = loaded.mapped()?;
+    let pool = Pool::new(None).map_err(|e| Failure::Unreached(format!("cannot start threads: {e}")))?;
+    let title = loaded.name();
+    let picture = Drawing { title, mesh, corner_uv, polygon_chart: None, exposure: None }.png(&pool);
+    let mut drafts = Drafts::new();
+    drafts.add("-o", &args.output, |out| out.write_all(&picture))?;
+    drafts.publish()
 }

@@ -5,6 +5,7 @@ use crate::atlas::{self, Atlas};
 use crate::failure::Failure;
 use crate::load::{Loaded, load};
 use crate::measure::{Exposure, Polygons, Record, Weighting, measure};
+use crate::picture::Drawing;
 use crate::progress::{Reporter, Show, stop_requested};
 use crate::report::{InputReport, Report, ResultReport, SettingsReport, StageReport};
 use crate::save::{self, Drafts};
@@ -77,7 +78,7 @@ impl Job {
         let mut drafts = Drafts::new();
         drafts.add("-o", &self.output, |out| loaded.write_obj(out, &atlas.corner_uv))?;
         if let Some(path) = &self.sheet {
-            let picture = draw(&loaded, &atlas)?;
+            let picture = draw(&loaded, &atlas, &pool);
             drafts.add("--sheet", path, |out| out.write_all(&picture))?;
         }
         let seconds = start.elapsed().as_secs_f64();
@@ -205,9 +206,15 @@ impl Job {
 }
 
 /// The contact sheet of an atlas as PNG.
-fn draw(loaded: &Loaded, atlas: &Atlas) -> Result<Vec<u8>, Failure> {
-    let _ = (loaded, atlas);
-    Err(Failure::Unreached("--sheet: this version draws no pictures yet; leave the flag out".into()))
+fn draw(loaded: &Loaded, atlas: &Atlas, pool: &Pool) -> Vec<u8> {
+    let drawing = Drawing {
+        title: format!("{}  distortion {:.4}", loaded.name(), atlas.report.distortion),
+        mesh: loaded.mesh(),
+        corner_uv: &atlas.corner_uv,
+        polygon_chart: Some(&atlas.polygon_chart),
+        exposure: Some(&atlas.exposure),
+    };
+    drawing.png(pool)
 }
 
 fn is_stdout(path: &Path) -> bool {

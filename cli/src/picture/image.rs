@@ -1,8 +1,6 @@
-//! Pixels in memory, and the PNG file.
+//! Pixels in memory, and as PNG.
 
 use super::colour::Rgb;
-use std::io;
-use std::path::Path;
 
 /// 8-bit sRGB pixels, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,53 +65,36 @@ impl Image {
     }
 
     /// The bytes of a PNG file; the same for the same pixels.
-    pub fn png(&self) -> io::Result<Vec<u8>> {
+    pub fn png(&self) -> Vec<u8> {
+        self.encode().expect("an image has a pixel, and a Vec takes every byte")
+    }
+
+    fn encode(&self) -> Result<Vec<u8>, png::EncodingError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let mut writer = encoder.write_header().map_err(io::Error::other)?;
-        writer.write_image_data(self.pixels.as_flattened()).map_err(io::Error::other)?;
-        writer.finish().map_err(io::Error::other)?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(self.pixels.as_flattened())?;
+        writer.finish()?;
         Ok(bytes)
-    }
-
-    /// Writes a PNG file: beside `path` first, then renamed, so that no half-written file carries the name.
-    pub fn write_png(&self, path: &Path) -> io::Result<()> {
-        let bytes = self.png()?;
-        let name = path.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "not a file name"))?;
-        let mut part = std::ffi::OsString::from(".");
-        part.push(name);
-        part.push(format!(".{}.part", std::process::id()));
-        let part = path.with_file_name(part);
-        let result = std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path));
-        if result.is_err() {
-            let _ = std::fs::remove_file(&part); // the first error is the one to report
-        }
-        result
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Cursor;
 
     #[test]
-    fn what_is_written_reads_back_and_nothing_else_is_left() {
+    fn the_png_reads_back_pixel_for_pixel() {
         let mut image = Image::new(3, 2, [10, 20, 30]);
         image.put(2, 1, [255, 0, 1]);
         image.put(9, 9, [1, 1, 1]);
-        let folder = std::env::temp_dir().join(format!("seamwright-image-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        image.write_png(&folder.join("a.png")).unwrap();
-        let file = std::io::BufReader::new(std::fs::File::open(folder.join("a.png")).unwrap());
-        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let mut reader = png::Decoder::new(Cursor::new(image.png())).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut pixels).unwrap();
         assert_eq!(pixels, image.pixels.as_flattened());
-        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
-        assert!(image.write_png(&folder.join("missing/a.png")).is_err());
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

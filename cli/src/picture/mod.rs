@@ -5,11 +5,13 @@ mod colour;
 mod font;
 mod histogram;
 mod image;
+mod polygons;
 mod seams;
 mod sheet;
 mod surface;
 mod view;
 
 pub use image::Image;
+pub use polygons::Drawing;
 pub use sheet::{SheetOptions, sheet};
 pub use surface::PictureMesh;

@@ -76,8 +76,9 @@ pub fn sheet(mesh: &PictureMesh, options: &SheetOptions, workers: &dyn Workers) 
             if column == 0 {
                 font::write(&mut image, name, [at[0], at[1] + 6], 2, INK);
             }
-            let x = at[0] + tile - font::width(camera.name, 2);
-            font::write(&mut image, camera.name, [x, at[1] + 6], 2, FAINT);
+            let name = format!("FROM {}", camera.name);
+            let x = at[0] + tile - font::width(&name, 2);
+            font::write(&mut image, &name, [x, at[1] + 6], 2, FAINT);
         }
     }
     let drawn = atlas::draw(&surface, side, workers);
@@ -102,11 +103,12 @@ pub fn sheet(mesh: &PictureMesh, options: &SheetOptions, workers: &dyn Workers) 
 /// Ink of a figure that should be 0.
 const BAD: Rgb = [200, 20, 30];
 
-/// Front, the two three-quarter views, back and top.
+/// Four views around the mesh and one from above; a mesh says nowhere where its front is, so axes name them.
 fn cameras(z_up: bool) -> [Camera; 5] {
     // 40 degrees to the side, 22 degrees from above.
     const SIDE: (f32, f32) = (0.642_787_6, 0.766_044_4);
     const ABOVE: (f32, f32) = (0.374_606_6, 0.927_183_9);
+    let [near, far, above] = if z_up { ["-Y", "+Y", "+Z"] } else { ["+Z", "-Z", "+Y"] };
     let turn = |v: Vec3| if z_up { Vec3::new(v.x, -v.z, v.y) } else { v };
     let camera = |name, right: Vec3, up: Vec3| Camera { name, right: turn(right), up: turn(up) };
     let three_quarter = |name, sin: f32| {
@@ -115,11 +117,11 @@ fn cameras(z_up: bool) -> [Camera; 5] {
         camera(name, right, back.cross(right))
     };
     [
-        camera("FRONT", Vec3::X, Vec3::Y),
-        three_quarter("LEFT 3/4", -SIDE.0),
-        three_quarter("RIGHT 3/4", SIDE.0),
-        camera("BACK", -Vec3::X, Vec3::Y),
-        camera("TOP", Vec3::X, -Vec3::Z),
+        camera(near, Vec3::X, Vec3::Y),
+        three_quarter("LEFT", -SIDE.0),
+        three_quarter("RIGHT", SIDE.0),
+        camera(far, -Vec3::X, Vec3::Y),
+        camera(above, Vec3::X, -Vec3::Z),
     ]
 }
 

@@ -187,10 +187,10 @@ fn take_out<'j>(
     let at = scratch.take::<DVec3>(count as usize)?;
     for (k, f) in faces.iter().enumerate() {
         rest[k] = surface.rest[*f as usize];
-        for i in 0..3 {
+        for (i, corner) in triangles[k].iter_mut().enumerate() {
             let c = 3 * *f as usize + i;
             let n = local[node[c] as usize];
-            triangles[k][i] = n;
+            *corner = n;
             x[n as usize] = uv[c];
             at[n as usize] = surface.mesh.position(c as u32);
         }

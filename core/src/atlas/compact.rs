@@ -37,7 +37,7 @@ pub fn split_bulky(
     let node = scratch.take::<u32>(surface.mesh.corner_count())?;
     let nodes = surface.wedges(cut, node);
     let border = scratch.take::<u32>(surface.mesh.corner_count())?;
-    let mut on_border = scratch.take::<u8>(nodes)?;
+    let on_border = scratch.take::<u8>(nodes)?;
     let mut paths = WedgePaths::new(node, nodes, &mut scratch)?;
     let total: f64 = surface.rest.iter().map(|r| r.area).sum();
     let mut split = 0;
@@ -68,7 +68,7 @@ pub fn split_bulky(
         let mut best: Option<(f64, usize, usize)> = None;
         for i in 0..count {
             let from = node[place(i) as usize];
-            grow(&mut paths, from, cut, node, &mut on_border, surface);
+            grow(&mut paths, from, cut, node, on_border, surface);
             for j in i + 1..count {
                 let cost = paths.cost[node[place(j) as usize] as usize];
                 let price = PRICE * cost / sqrt(total);
@@ -85,7 +85,7 @@ pub fn split_bulky(
             }
         }
         if let Some((_, i, j)) = best {
-            grow(&mut paths, node[place(i) as usize], cut, node, &mut on_border, surface);
+            grow(&mut paths, node[place(i) as usize], cut, node, on_border, surface);
             let end = node[place(j) as usize];
             if paths.via[end as usize] != NONE {
                 paths.cut_back(end, cut, changed, node, surface);

@@ -13,10 +13,10 @@ mod heap;
 use core::cell::UnsafeCell;
 use core::hint::black_box;
 use core::panic::PanicInfo;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3};
 use seamwright_core::base::{progress::Silent, scratch::Scratch, workers::Serial};
 use seamwright_core::pipeline::{Input, Output, Settings, unwrap};
-use seamwright_core::rays::bvh::{BuildBvh, Node};
+use seamwright_core::rays::binned::BinnedBuilder;
 
 #[link(name = "c")]
 unsafe extern "C" {
@@ -45,21 +45,6 @@ struct Memory(UnsafeCell<[u8; 1 << 24]>);
 unsafe impl Sync for Memory {}
 static MEMORY: Memory = Memory(UnsafeCell::new([0; 1 << 24]));
 
-/// One leaf with every face: right for a cube.
-struct OneLeaf;
-
-impl BuildBvh for OneLeaf {
-    fn build(&self, nodes: &mut [Node], order: &mut [u32], positions: &[Vec3], faces: &[[u32; 3]]) -> usize {
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for p in positions {
-            (low, high) = (low.min(*p), high.max(*p));
-        }
-        order.iter_mut().zip(0..).for_each(|(place, face)| *place = face);
-        nodes[0] = Node { low: low.to_array(), high: high.to_array(), first: 0, count: faces.len() as u32 };
-        1
-    }
-}
-
 const CORNERS: [u32; 24] = [0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5];
 const POLYGONS: [u32; 7] = [0, 4, 8, 12, 16, 20, 24];
 
@@ -74,7 +59,7 @@ fn unwrap_cube() -> i32 {
     // SAFETY: the only reference to the memory, taken once.
     let memory = unsafe { &mut *MEMORY.0.get() };
     let settings = black_box(Settings { rays: 64, ..Settings::default() });
-    match unwrap(output, black_box(&input), &settings, &OneLeaf, Scratch::new(memory), &Serial, &mut Silent) {
+    match unwrap(output, black_box(&input), &settings, &BinnedBuilder, Scratch::new(memory), &Serial, &mut Silent) {
         Ok(report) if report.chart_count > 0 => 0,
         Ok(_) => 1,
         Err(_) => 2,

@@ -187,7 +187,7 @@ fn walk(
             let (from, to) = (part as f64 * step, (part + 1) as f64 * step);
             let (tip, after) = outermost(&edges[at..next], edge - at, walked, from, to);
             (edge, walked) = (at + after.0, after.1);
-            if part % RUN == 0 {
+            if part.is_multiple_of(RUN) {
                 runs[*run_count] = Run { first: *point_count as u32, ..Run::default() };
                 *run_count += 1;
             }
