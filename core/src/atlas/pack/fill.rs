@@ -160,10 +160,7 @@ impl Lane<'_> {
     /// Lane 0 goes by the hull's diameter, lane 1 by area.
     fn sort(&mut self, outlines: &Outlines) {
         let lane = self.index;
-        let size = |chart: u32| {
-            let i = chart as usize;
-            if lane == 1 { real::sqrt(outlines.area[i]) } else { outlines.radius[i] }
-        };
+        let size = |chart: u32| size(outlines, chart as usize, lane);
         self.order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
         self.order.sort_unstable_by(|&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
     }
@@ -181,7 +178,7 @@ impl Lane<'_> {
                 continue;
             }
             let mut best: Option<(usize, usize, usize, f64)> = None; // upper end, x, y, angle
-            let floor = start.row(outlines.radius[chart]);
+            let floor = start.row(size(outlines, chart, self.index));
             for i in 0..turns {
                 // Quarter turns first, then finer ones.
                 let angle = upright.angle[chart] + FRAC_PI_2 * (i % 4) as f64 + FRAC_PI_2 * fraction(i / 4, turns / 4);
@@ -205,6 +202,11 @@ impl Lane<'_> {
     }
 }
 
+/// What a lane sorts by: lane 0 the hull's radius, lane 1 the area.
+fn size(outlines: &Outlines, chart: usize, lane: usize) -> f64 {
+    if lane == 1 { real::sqrt(outlines.area[chart]) } else { outlines.radius[chart] }
+}
+
 /// Turns between quarter turns in the order 0, 1/2, 1/4, 3/4, ...
 fn fraction(index: usize, count: usize) -> f64 {
     let bits = count.max(1).next_power_of_two().trailing_zeros();
@@ -223,9 +225,9 @@ struct Start {
 }
 
 impl Start {
-    fn row(&mut self, radius: f64) -> usize {
-        if radius < 0.9 * self.class || self.class == 0.0 {
-            (self.class, self.row, self.placed, self.lowest) = (radius, 0, 0, usize::MAX);
+    fn row(&mut self, size: f64) -> usize {
+        if size < 0.9 * self.class || self.class == 0.0 {
+            (self.class, self.row, self.placed, self.lowest) = (size, 0, 0, usize::MAX);
         }
         self.row
     }
