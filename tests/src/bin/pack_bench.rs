@@ -3,7 +3,7 @@
 //! `pack_bench [--size N] [--padding N] [--effort X] [--threads N] [--out DIR] FILE.obj...`
 //! Charts are the faces joined by UV vertices, each scaled to its area in 3D and turned over where it is mirrored.
 //! `fill` is the share of texel centres of the unit square that charts cover, after fitting their common box into it:
-//! what the judge measures. `--out` writes each packed OBJ into a folder. See docs/bench/pack_peers.py for the peers.
+//! what the judge measures. `--out` writes each packed OBJ into a folder. See tests/bench/pack_peers.py for the peers.
 
 use glam::{DVec2, DVec3};
 use seamwright_core::atlas::pack::{Charts, Placement, Settings, pack, pack_need};

@@ -1,19 +1,20 @@
 //! Bottom-left fill of a raster square with the charts' masks at many turns, in the smallest square that takes them.
 //!
-//! Largest chart first (lane 0 by the hull's radius, lane 1 by area); each goes where its upper end comes to lie lowest, over all its turns, holes included. What a
+//! Largest chart first (lane 0 by the hull's radius, lane 1 by area); each goes where its upper end comes to lie
+//! lowest, over all its turns, holes included. Charts that are fixed beforehand leave their gaps to the others. What a
 //! placed chart blocks is its mask grown by the padding, so that a later mask beside it keeps the distance. A map of
 //! chessboard distances to the nearest blocked cell rejects most places by one look-up at the mask's deepest cell; few
 //! pass on to the comparison of bits. The side is found by bisection; lanes try different orders of the charts.
 //! Limits: a gap costs up to a cell more than the padding. Cost a trial: about linear in the charts for a given raster.
 
-use super::layout::{Gap, Pose};
+use super::board::Board;
+use super::layout::{Gap, Pose, common_box};
 use super::mask::Mask;
 use super::outline::{self, Outlines};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Workers, for_each_chunk};
 use core::f64::consts::{FRAC_PI_2, PI};
-use core::ops::Range;
 use glam::DVec2;
 
 /// Orders of the charts that are tried at the most.
@@ -55,10 +56,7 @@ pub(super) fn need(chart_count: usize) -> usize {
         + bytes_for::<f64>(chart_count)
         + 2 * bytes_for::<Pose>(chart_count)
         + Mask::need(raster)
-        + bytes_for::<u64>(raster * (raster / 64))
-        + bytes_for::<u8>(raster * raster)
-        + bytes_for::<u8>(raster * (raster / 64))
-        + bytes_for::<u64>(raster / 64 + 2);
+        + Board::need(raster);
     2 * bytes_for::<f64>(chart_count) + lanes * lane
 }
 
@@ -74,6 +72,7 @@ struct Upright<'a> {
 struct Lane<'a> {
     index: usize,
     side: f64,
+    fixed: usize,
     poses: &'a mut [Pose],
     trial: &'a mut [Pose],
     order: &'a mut [u32],
@@ -82,18 +81,33 @@ struct Lane<'a> {
     board: Board<'a>,
 }
 
-/// Puts better poses and a smaller side in place where the fill finds them.
+/// Charts that stay where they are.
+#[derive(Clone, Copy)]
+pub(super) struct Fixed {
+    /// The first so many.
+    pub charts: usize,
+    /// Longest side of the square: the fixed charts are apart by its gap.
+    pub room: f64,
+}
+
+impl Fixed {
+    /// All charts are free.
+    pub const NONE: Fixed = Fixed { charts: 0, room: f64::INFINITY };
+}
+
+/// Puts better poses and a smaller side in place where the fill finds them, and tells whether it did.
 pub(super) fn improve(
     poses: &mut [Pose],
     side: &mut f64,
     outlines: &Outlines,
+    fixed: Fixed,
     gap: &Gap,
     scratch: &mut Scratch,
     workers: &dyn Workers,
-) -> Result<(), ScratchTooSmall> {
+) -> Result<bool, ScratchTooSmall> {
     let count = outlines.count();
     if (0..count).filter(|&i| !outlines.edges_of(i).is_empty()).count() < 2 {
-        return Ok(());
+        return Ok(false);
     }
     let &Plan { raster, turns, lanes: lane_count, .. } = plan(count);
     let mut frame = scratch.frame();
@@ -109,7 +123,8 @@ pub(super) fn improve(
     for index in 0..lane_count {
         let lane = Lane {
             index,
-            side: *side,
+            side: side.min(fixed.room),
+            fixed: fixed.charts,
             poses: frame.take(count)?,
             trial: frame.take(count)?,
             order: frame.take(count)?,
@@ -117,18 +132,21 @@ pub(super) fn improve(
             mask: Mask::new(raster, &mut frame)?,
             board: Board::new(raster, &mut frame)?,
         };
+        lane.trial[..fixed.charts].copy_from_slice(&poses[..fixed.charts]);
         let _ = lanes.push(lane);
     }
     for_each_chunk(workers, &mut lanes, 1, &|_, lane| {
         lane.iter_mut().for_each(|l| l.search(outlines, upright, gap, turns))
     });
+    let mut found = false;
     for lane in &lanes {
-        if lane.side < *side {
+        if lane.side < side.min(fixed.room) {
+            found = true;
             *side = lane.side;
             poses.copy_from_slice(lane.poses);
         }
     }
-    Ok(())
+    Ok(found)
 }
 
 impl Lane<'_> {
@@ -137,13 +155,21 @@ impl Lane<'_> {
         self.sort(outlines);
         let mut deepest = 0.0;
         for (place, &chart) in self.deepest.iter_mut().zip(self.order.iter()).rev() {
-            deepest = f64::max(deepest, upright.half[chart as usize]);
+            let moves = chart as usize >= self.fixed;
+            deepest = f64::max(deepest, if moves { upright.half[chart as usize] } else { 0.0 });
             *place = deepest;
         }
         let total: f64 = outlines.area.iter().sum();
         let total = if total > 0.0 { total } else { 1.0 };
         let (mut low, mut high) = (total / (self.side * self.side), 1.0);
         let mut share = 0.74_f64.max(low + CLOSE);
+        if self.fixed > 0 {
+            // No smaller than what the fixed charts fill.
+            let [_, corner] = common_box(&self.trial[..self.fixed], &outlines.leading(self.fixed));
+            let least = corner.max_element();
+            high = total / (least * least) * (1.0 + CLOSE);
+            share = total / (least * least);
+        }
         while high - low > CLOSE * high {
             let side = real::sqrt(total / share);
             if self.place_all(side, outlines, upright, gap, turns) {
@@ -160,10 +186,7 @@ impl Lane<'_> {
     /// Lane 0 goes by the hull's diameter, lane 1 by area.
     fn sort(&mut self, outlines: &Outlines) {
         let lane = self.index;
-        let size = |chart: u32| {
-            let i = chart as usize;
-            if lane == 1 { real::sqrt(outlines.area[i]) } else { outlines.radius[i] }
-        };
+        let size = |chart: u32| size(outlines, chart as usize, lane);
         self.order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
         self.order.sort_unstable_by(|&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
     }
@@ -174,14 +197,15 @@ impl Lane<'_> {
         let (raster, cells) = (self.board.usable, self.board.usable as f64 / side);
         self.board.clear();
         let mut start = Start::default();
+        (0..self.fixed).for_each(|chart| self.keep(chart, outlines, cells, grow));
         for (place, &chart) in self.order.iter().enumerate() {
             let chart = chart as usize;
             let edges = outlines.edges_of(chart);
-            if edges.is_empty() {
+            if edges.is_empty() || chart < self.fixed {
                 continue;
             }
             let mut best: Option<(usize, usize, usize, f64)> = None; // upper end, x, y, angle
-            let floor = start.row(outlines.radius[chart]);
+            let floor = start.row(size(outlines, chart, self.index));
             for i in 0..turns {
                 // Quarter turns first, then finer ones.
                 let angle = upright.angle[chart] + FRAC_PI_2 * (i % 4) as f64 + FRAC_PI_2 * fraction(i / 4, turns / 4);
@@ -203,6 +227,24 @@ impl Lane<'_> {
         }
         true
     }
+
+    /// Blocks a fixed chart's place.
+    fn keep(&mut self, chart: usize, outlines: &Outlines, cells: f64, grow: f64) {
+        let pose = self.trial[chart];
+        let turn = outline::turn(pose.angle);
+        let [low, high] = outlines.turned_box(chart, turn);
+        // The mask's least corner stands on the raster.
+        let corner = ((pose.at + low) * cells).floor().max(DVec2::ZERO);
+        let depth = (self.deepest[0] * cells) as usize + 2;
+        if self.mask.draw(outlines.edges_of(chart), [corner / cells - pose.at, high], turn, cells) {
+            self.board.block(&self.mask, corner.x as usize, corner.y as usize, grow, depth);
+        }
+    }
+}
+
+/// What a lane sorts by: lane 0 the hull's radius, lane 1 the area.
+fn size(outlines: &Outlines, chart: usize, lane: usize) -> f64 {
+    if lane == 1 { real::sqrt(outlines.area[chart]) } else { outlines.radius[chart] }
 }
 
 /// Turns between quarter turns in the order 0, 1/2, 1/4, 3/4, ...
@@ -223,9 +265,9 @@ struct Start {
 }
 
 impl Start {
-    fn row(&mut self, radius: f64) -> usize {
-        if radius < 0.9 * self.class || self.class == 0.0 {
-            (self.class, self.row, self.placed, self.lowest) = (radius, 0, 0, usize::MAX);
+    fn row(&mut self, size: f64) -> usize {
+        if size < 0.9 * self.class || self.class == 0.0 {
+            (self.class, self.row, self.placed, self.lowest) = (size, 0, 0, usize::MAX);
         }
         self.row
     }
@@ -261,219 +303,4 @@ fn upright_angle(hull: &[DVec2]) -> f64 {
         }
     }
     best.1
-}
-
-/// The raster square: what is blocked, and how far each cell is from that.
-struct Board<'a> {
-    side: usize,
-    usable: usize,          // cells a side that charts may take
-    blocked: &'a mut [u64], // (side, side / 64)
-    distance: &'a mut [u8], // (side, side): chessboard, up to 255
-    farthest: &'a mut [u8], // (side, side / 64): largest distance in 64 cells
-    buffer: &'a mut [u64],  // a row
-}
-
-impl<'a> Board<'a> {
-    fn new(side: usize, scratch: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
-        Ok(Self {
-            side,
-            usable: side,
-            blocked: scratch.take(side * (side / 64))?,
-            distance: scratch.take(side * side)?,
-            farthest: scratch.take(side * (side / 64))?,
-            buffer: scratch.take(side / 64 + 2)?,
-        })
-    }
-
-    /// Leaves out the last cells where that saves a cell of padding; the padding in cells.
-    fn fit(&mut self, gap: &Gap) -> f64 {
-        let share = gap.texels / gap.size;
-        let whole = real::floor(share * self.side as f64);
-        let usable = if whole > 0.0 { real::floor(whole / share) as usize } else { 0 };
-        self.usable = if usable * 64 > self.side * 63 { usable.min(self.side) } else { self.side };
-        share * self.usable as f64
-    }
-
-    fn clear(&mut self) {
-        self.blocked.fill(0);
-        self.distance.fill(255);
-        self.farthest.fill(255);
-    }
-
-    /// The lowest, then leftmost free place at or above row `floor` whose upper end is at most `limit`.
-    fn lowest(&self, mask: &Mask, floor: usize, limit: usize) -> Option<(usize, usize)> {
-        let (side, words) = (self.side, self.side / 64);
-        let pole = mask.poles.first()?;
-        let (px, py) = (pole.x as usize, pole.y as usize);
-        if mask.width > self.usable {
-            return None;
-        }
-        let (first, last) = (px, self.usable + px - mask.width);
-        for y in floor..(limit + 1).checked_sub(mask.height)? {
-            let row = &self.distance[(y + py) * side..][..side];
-            let far = &self.farthest[(y + py) * words..][..words];
-            for (block, _) in far.iter().enumerate().take(last / 64 + 1).skip(first / 64).filter(|f| *f.1 >= pole.depth)
-            {
-                let from = first.max(block * 64);
-                let cells = &row[from..last.min(block * 64 + 63) + 1];
-                for (i, _) in cells.iter().enumerate().filter(|c| *c.1 >= pole.depth) {
-                    let x = from + i - px;
-                    if self.poles_free(mask, x, y) && self.bits_free(mask, x, y) {
-                        return Some((x, y));
-                    }
-                }
-            }
-        }
-        None
-    }
-
-    #[inline]
-    fn poles_free(&self, mask: &Mask, x: usize, y: usize) -> bool {
-        let at = y * self.side + x;
-        mask.poles.iter().skip(1).all(|p| self.distance[at + p.y as usize * self.side + p.x as usize] >= p.depth)
-    }
-
-    fn bits_free(&self, mask: &Mask, x: usize, y: usize) -> bool {
-        let words = self.side / 64;
-        let (word, shift) = (x / 64, x % 64);
-        // Every seventh row first: neighbours tell much the same.
-        for (first, step) in [(3, 7), (0, 1)] {
-            for row in (first..mask.height).step_by(step) {
-                let line = &self.blocked[(y + row) * words + word..(y + row + 1) * words];
-                let mut carry = 0u64;
-                for (i, &bits) in mask.row(row).iter().enumerate() {
-                    let moved = bits << shift | carry;
-                    carry = if shift == 0 { 0 } else { bits >> (64 - shift) };
-                    if moved & line[i] != 0 {
-                        return false;
-                    }
-                }
-                if carry != 0 && line[mask.words] & carry != 0 {
-                    return false;
-                }
-            }
-        }
-        true
-    }
-
-    /// Blocks the mask at (x, y) grown by `grow` cells, and brings distances up to `depth` cells up to date.
-    fn block(&mut self, mask: &Mask, x: usize, y: usize, grow: f64, depth: usize) {
-        let (side, words) = (self.side as isize, self.side / 64);
-        let reach = real::ceil(grow) as isize + 1;
-        for dy in -reach..=reach {
-            // Cells dx apart leave |dx| - 1 cells between them: blocked if that gap is closer than `grow`.
-            let between = (dy.abs() - 1).max(0) as f64;
-            if between >= grow && dy != 0 {
-                continue;
-            }
-            let across = real::sqrt((grow * grow - between * between).max(0.0));
-            let spread = (real::ceil(across) as isize).min(self.side as isize);
-            for row in 0..mask.height {
-                let to = y as isize + row as isize + dy;
-                if (0..side).contains(&to) {
-                    shift_into(self.buffer, mask.row(row), x);
-                    smear(self.buffer, spread as usize);
-                    let line = &mut self.blocked[to as usize * words..][..words];
-                    line.iter_mut().zip(self.buffer.iter()).for_each(|(l, b)| *l |= b);
-                }
-            }
-        }
-        let grown = reach as usize;
-        let cap = depth.min(256);
-        let rows = (y.saturating_sub(grown), (y + mask.height + grown).min(self.side));
-        let columns = (x.saturating_sub(grown), (x + mask.width + grown).min(self.side));
-        for row in rows.0..rows.1 {
-            for column in columns.0..columns.1 {
-                if self.blocked[row * words + column / 64] >> (column % 64) & 1 == 1 {
-                    self.distance[row * self.side + column] = 0;
-                }
-            }
-        }
-        self.relax(
-            (rows.0.saturating_sub(cap), (rows.1 + cap).min(self.side)),
-            (columns.0.saturating_sub(cap), (columns.1 + cap).min(self.side)),
-        );
-    }
-
-    /// Lowers distances in a window after cells in it were set to 0; two passes, cells outside stay.
-    fn relax(&mut self, rows: (usize, usize), columns: (usize, usize)) {
-        let (side, words) = (self.side, self.side / 64);
-        let window = columns.0..columns.1;
-        for y in rows.0.max(1)..rows.1 {
-            let (above, here) = self.distance.split_at_mut(y * side);
-            relax_row(&mut here[..side], &above[(y - 1) * side..], window.clone(), false);
-        }
-        for y in (rows.0..rows.1).rev() {
-            let (here, below) = self.distance.split_at_mut((y + 1) * side);
-            let row = &mut here[y * side..];
-            if !below.is_empty() {
-                relax_row(row, &below[..side], window.clone(), true);
-            }
-            for block in columns.0 / 64..columns.1.div_ceil(64) {
-                let cells = &row[block * 64..][..64];
-                self.farthest[y * words + block] = cells.iter().copied().max().unwrap_or(0);
-            }
-        }
-    }
-}
-
-/// One row of a chessboard distance pass over a window of columns. The board's border blocks nothing.
-fn relax_row(row: &mut [u8], passed: &[u8], window: Range<usize>, backwards: bool) {
-    let side = row.len();
-    let inner = window.start.max(1)..window.end.min(side - 1);
-    for (d, three) in row[inner.clone()].iter_mut().zip(passed[inner.start - 1..inner.end + 1].windows(3)) {
-        *d = (*d).min(three[0].min(three[1]).min(three[2]).saturating_add(1));
-    }
-    for x in [0, side - 1].into_iter().filter(|x| window.contains(x)) {
-        let beside = if x == 0 { 1 } else { side - 2 };
-        row[x] = row[x].min(passed[x].min(passed[beside]).saturating_add(1));
-    }
-    let mut before = match backwards {
-        true => row.get(window.end).copied().unwrap_or(255),
-        false => window.start.checked_sub(1).map_or(255, |x| row[x]),
-    };
-    let step = |d: &mut u8| {
-        *d = (*d).min(before.saturating_add(1));
-        before = *d;
-    };
-    if backwards { row[window].iter_mut().rev().for_each(step) } else { row[window].iter_mut().for_each(step) }
-}
-
-/// `bits` moved up by `x` places into `row`; what leaves the row is lost.
-fn shift_into(row: &mut [u64], bits: &[u64], x: usize) {
-    row.fill(0);
-    let (word, shift) = (x / 64, x % 64);
-    for (i, &b) in bits.iter().enumerate() {
-        if let Some(r) = row.get_mut(word + i) {
-            *r |= b << shift;
-        }
-        if shift > 0
-            && let Some(r) = row.get_mut(word + i + 1)
-        {
-            *r |= b >> (64 - shift);
-        }
-    }
-}
-
-/// Sets every bit within `spread` places of a set bit.
-fn smear(row: &mut [u64], spread: usize) {
-    let mut left = spread;
-    let mut reach = 1;
-    while left > 0 {
-        let by = reach.min(left).min(63);
-        let mut carry = 0;
-        for r in row.iter_mut() {
-            let before = *r;
-            *r |= before << by | carry;
-            carry = before >> (64 - by);
-        }
-        carry = 0;
-        for r in row.iter_mut().rev() {
-            let before = *r;
-            *r |= before >> by | carry;
-            carry = before << (64 - by);
-        }
-        left -= by;
-        reach = 2 * by + 1;
-    }
 }

@@ -18,13 +18,14 @@ pub(super) fn place(placements: &mut [Placement], outlines: &Outlines, settings:
     let mut covered = 0.0;
     for (chart, out) in placements.iter_mut().enumerate() {
         let cell = DVec2::new((chart % cells as usize) as f64, (chart / cells as usize) as f64);
-        let [low, high] = outlines.turned_box(chart, DVec2::X);
+        let slot = outlines.slot[chart] as usize;
+        let [low, high] = outlines.turned_box(slot, DVec2::X);
         let side = (high - low).max_element();
         let fit = if side > 0.0 { (1.0 - 2.0 * pad) / cells / side } else { 0.0 };
-        let corner = outlines.centre[chart] + low / outlines.unit;
+        let corner = outlines.centre[slot] + low / outlines.unit;
         let scale = if fit > 0.0 { fit * outlines.unit } else { 1.0 / cells };
         *out = Placement { turn: DVec2::X, translation: (cell + pad) / cells - corner * scale, scale };
-        covered += outlines.area[chart] * fit * fit;
+        covered += outlines.area[slot] * fit * fit;
     }
     Summary { utilisation: covered, padding: 2.0 * pad / cells * settings.size as f64 }
 }

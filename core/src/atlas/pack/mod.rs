@@ -3,10 +3,11 @@
 //! - [`layout`]: the public entry: settings, placements, the order of the steps
 //! - `outline`: borders, hulls and areas of the charts, in a common unit
 //! - `grid`: one cell a chart; `shelf`: bounding boxes in rows; `square`: one chart, or none
-//! - `mask`, `fill`: shapes as bit masks, placed bottom-left on a raster
+//! - `mask`, `board`, `fill`: shapes as bit masks, placed bottom-left on a raster
 //! - `field`, `separate`: shapes as distance fields, overlap minimised in a shrinking square
 //! - `clearance`: the exact check of distances between borders
 
+mod board;
 mod clearance;
 mod field;
 mod fill;

@@ -13,7 +13,7 @@ use glam::DVec2;
 /// A directed border edge; the chart lies to its left.
 pub(super) type Edge = [DVec2; 2];
 
-/// What packing knows about the charts.
+/// What packing knows about the charts, in slots by decreasing area.
 #[derive(Clone, Copy)]
 pub(super) struct Outlines<'a> {
     /// First edge of each chart, and the number of edges.
@@ -28,6 +28,8 @@ pub(super) struct Outlines<'a> {
     pub radius: &'a [f64], // (k)
     /// Area of the chart's faces.
     pub area: &'a [f64], // (k)
+    /// Slot of each of the caller's charts.
+    pub slot: &'a [u32], // (k)
     /// Local units per unit of the caller.
     pub unit: f64,
 }
@@ -36,6 +38,19 @@ impl<'a> Outlines<'a> {
     /// Number of charts.
     pub fn count(&self) -> usize {
         self.radius.len()
+    }
+
+    /// The first `count` slots alone.
+    pub fn leading(&self, count: usize) -> Outlines<'a> {
+        Outlines {
+            edge_start: &self.edge_start[..count + 1],
+            edges: &self.edges[..self.edge_start[count] as usize],
+            hull_len: &self.hull_len[..count],
+            centre: &self.centre[..count],
+            radius: &self.radius[..count],
+            area: &self.area[..count],
+            ..*self
+        }
     }
 
     /// Border edges of a chart; empty where it has no face.
@@ -72,6 +87,8 @@ pub(super) fn need(face_count: usize, chart_count: usize) -> usize {
         + bytes_for::<[u32; 4]>(edges)
         + bytes_for::<u8>(edges)
         + bytes_for::<DVec2>(edges)
+        + bytes_for::<u32>(chart_count)
+        + bytes_for::<f64>(chart_count)
 }
 
 /// Bytes of the outlines themselves.
@@ -82,6 +99,7 @@ fn kept_need(face_count: usize, chart_count: usize) -> usize {
         + bytes_for::<u32>(chart_count)
         + bytes_for::<DVec2>(edges)
         + bytes_for::<DVec2>(chart_count)
+        + bytes_for::<u32>(chart_count)
         + 2 * bytes_for::<f64>(chart_count)
 }
 
@@ -95,13 +113,22 @@ pub(super) fn trace<'a>(charts: &Charts, scratch: &mut Scratch<'a>) -> Result<Ou
     let centre = scratch.take::<DVec2>(k)?;
     let radius = scratch.take::<f64>(k)?;
     let area = scratch.take::<f64>(k)?;
+    let slot = scratch.take::<u32>(k)?;
     let mut frame = scratch.frame();
     let sides = frame.take::<[u32; 4]>(edge_count)?;
     let seen = frame.take::<u8>(edge_count)?;
     let points = frame.take::<DVec2>(edge_count)?;
+    let order = frame.take::<u32>(k)?;
+    let unsorted = frame.take::<f64>(k)?;
 
-    measure_areas(area, charts);
-    let border = cancel_inner(sides, charts);
+    measure_areas(unsorted, charts);
+    order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
+    order.sort_unstable_by(|&a, &b| unsorted[b as usize].total_cmp(&unsorted[a as usize]).then(a.cmp(&b)));
+    for (place, &chart) in order.iter().enumerate() {
+        slot[chart as usize] = place as u32;
+        area[place] = unsorted[chart as usize];
+    }
+    let border = cancel_inner(sides, slot, charts);
     walk_loops(edges, edge_start, &mut sides[..border], seen, charts);
     let unit = unit_of(area, &edges[..border]);
     for chart in 0..k {
@@ -113,7 +140,7 @@ pub(super) fn trace<'a>(charts: &Charts, scratch: &mut Scratch<'a>) -> Result<Ou
         radius[chart] = real::sqrt(points.iter().map(|p| p.length_squared()).fold(0.0, f64::max));
         hull_len[chart] = convex_hull(&mut hull[range], points) as u32;
     }
-    Ok(Outlines { edge_start, edges, hull_len, hull, centre, radius, area, unit })
+    Ok(Outlines { edge_start, edges, hull_len, hull, centre, radius, area, slot, unit })
 }
 
 fn point(charts: &Charts, vertex: u32) -> DVec2 {
@@ -131,12 +158,12 @@ fn measure_areas(area: &mut [f64], charts: &Charts) {
 }
 
 /// Puts [chart, from, to, 0] of every border edge to the front of `sides`; the answer is their number.
-fn cancel_inner(sides: &mut [[u32; 4]], charts: &Charts) -> usize {
+fn cancel_inner(sides: &mut [[u32; 4]], slot: &[u32], charts: &Charts) -> usize {
     let mut count = 0;
     for (face, &chart) in charts.faces.iter().zip(charts.chart) {
         for i in 0..3 {
             let (from, to) = (face[i], face[(i + 1) % 3]);
-            if from != to && (chart as usize) < charts.count {
+            if let Some(&chart) = slot.get(chart as usize).filter(|_| from != to) {
                 sides[count] = [chart, from.min(to), from.max(to), (from > to) as u32];
                 count += 1;
             }

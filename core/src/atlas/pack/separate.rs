@@ -9,7 +9,7 @@
 //! Limits: a local search; work is bounded by look-ups, so more charts get fewer tries each.
 
 use super::field::{self, Fields};
-use super::layout::{Gap, Pose, SEPARATE_MAX, Settings};
+use super::layout::{Gap, Pose, Settings};
 use super::outline::{self, Outlines};
 use super::{clearance, field::Shape};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -37,12 +37,12 @@ const CHECK_WORK: f64 = 5e5;
 
 /// Bytes that [`improve`] takes.
 pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
-    let count = if chart_count > SEPARATE_MAX { 0 } else { chart_count };
+    let count = chart_count;
     let lane = bytes_for::<Pose>(count)
         + bytes_for::<Body>(count)
         + bytes_for::<u32>(count)
         + 3 * bytes_for::<f32>(count * count);
-    if count == 0 { 0 } else { field::need(edge_count, count) + LANES * lane }
+    field::need(edge_count, count) + LANES * lane
 }
 
 /// Puts better poses and a smaller side in place where the search finds them and the exact check agrees.
@@ -57,7 +57,7 @@ pub(super) fn improve(
 ) -> Result<(), ScratchTooSmall> {
     let count = poses.len();
     let real_charts = (0..count).filter(|&i| !outlines.edges_of(i).is_empty()).count();
-    if real_charts < 2 || count > SEPARATE_MAX || settings.effort.is_nan() || settings.effort <= 0.0 {
+    if real_charts < 2 || settings.effort.is_nan() || settings.effort <= 0.0 {
         return Ok(());
     }
     let mut frame = scratch.frame();
