@@ -92,6 +92,10 @@ fn memory(need: usize) -> Result<Box<[u8]>, Failure> {
 fn failure(loaded: &Loaded, error: UnwrapError) -> Failure {
     match error {
         UnwrapError::Cancelled => Failure::Stopped,
+        UnwrapError::Overlap { .. } => Failure::Unreached(format!(
+            "{}: {error}; nothing is written; please report the mesh",
+            loaded.path.display()
+        )),
         UnwrapError::Scratch(e) => Failure::Unreached(format!("{}: {e}; please report this", loaded.path.display())),
         other => Failure::Input(format!("{}: {other}; repair the mesh", loaded.path.display())),
     }

@@ -124,7 +124,7 @@ pub struct Report {
     pub utilisation: f64,
     /// Faces that are not counter-clockwise on the grid; 0 unless they have no area to speak of.
     pub flipped: usize,
-    /// Faces that overlap another on the grid.
+    /// Faces that overlap another on the grid: 0, or there is no atlas.
     pub overlapping: usize,
     /// What was repaired.
     pub repaired: repair::Summary,
@@ -151,6 +151,11 @@ pub enum UnwrapError {
     },
     /// The hierarchy that the caller built does not hold every face once.
     BadTree,
+    /// Splitting and packing again and again left faces that overlap: there is no valid atlas to hand over.
+    Overlap {
+        /// Faces that overlap another.
+        faces: usize,
+    },
 }
 
 impl From<SeamError> for UnwrapError {
@@ -187,6 +192,7 @@ impl core::fmt::Display for UnwrapError {
             UnwrapError::NoTriangle => write!(f, "the mesh holds no triangle with three different corners"),
             UnwrapError::NotFinite { vertex } => write!(f, "vertex {vertex} has a coordinate that is not a number"),
             UnwrapError::BadIndex { corner } => write!(f, "corner {corner} names a vertex that does not exist"),
+            UnwrapError::Overlap { faces } => write!(f, "{faces} faces of the atlas still overlap after all attempts"),
             UnwrapError::BadTree => write!(f, "the ray hierarchy that was handed in is damaged"),
         }
     }
@@ -405,7 +411,7 @@ fn place(
         }
     }
     report(progress, Stage::Check, ATTEMPTS, ATTEMPTS)?;
-    Ok(())
+    if done.overlapping == 0 { Ok(()) } else { Err(UnwrapError::Overlap { faces: done.overlapping }) }
 }
 
 /// Numbers the nodes and charts of all pieces together; returns how many of each.

@@ -1,4 +1,12 @@
 //! Seam optimisation: one budget of distortion, spent where it hides most.
+//!
+//! From the least cuts that make disks with all tips on their borders, cuts grow along cheapest paths towards what is
+//! still too distorted (top-down, against OptCuts' and the greedy gluing of many charts: Li et al. 2018). Each round opens
+//! its slits by a few Newton steps from the map before it, so no map is ever flipped. Charts that overlap themselves are
+//! split where it costs least, bulky ones where it saves most of the square, and small ones are glued where they fit.
+//! Large pieces are cut by way of a decimated mesh.
+//! Guarantee: disks, no flips; no overlap inside a chart where splitting ends within its rounds.
+//! Limits: slits are not zipped again, and paths slide only while they are carried over from a decimated mesh.
 
 use super::charts::{Charts, Work, job_need, work_on};
 use super::compact::{compact_need, split_bulky};
