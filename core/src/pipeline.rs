@@ -99,7 +99,7 @@ impl Settings {
             Packing::Tight => pack::Mode::Tight,
             Packing::Grid => pack::Mode::Grid,
         };
-        pack::Settings { size: self.size, padding: self.padding, mode, seed: self.seed, ..Default::default() }
+        pack::Settings { size: self.size, padding: self.padding, mode, seed: self.seed, effort: PACK_EFFORT }
     }
 }
 
@@ -201,6 +201,8 @@ const OPEN: f64 = 0.05;
 const SHARPNESS: f64 = 4.0;
 /// Vertices whose exposure is found between two progress reports.
 const EXPOSURE_SLICE: usize = 4096;
+/// Work of the packer, see its settings.
+const PACK_EFFORT: f64 = 1.5;
 /// Times that an atlas which fails the exact check is split and packed anew.
 const ATTEMPTS: usize = 12;
 
