@@ -10,7 +10,7 @@ use crate::measure::{self, Exposure, Polygons, Record, Weighting, json, table};
 use crate::progress::{Reporter, Show};
 use crate::threads::Pool;
 use seamwright_core::base::progress::{Progress, Stage};
-use std::io::{Write, stdout};
+use std::io::{Write, stderr, stdout};
 use std::path::Path;
 
 /// Runs `seamwright measure`.
@@ -36,7 +36,8 @@ pub fn measure(args: &MeasureArgs) -> Result<(), Failure> {
         printed.map_err(|e| Failure::output("standard output", Path::new("-"), &e))?;
     }
     let last = failures.pop();
-    failures.iter().for_each(|failure| eprintln!("seamwright: {failure}"));
+    // Nobody may be left to read it; the code still tells.
+    failures.iter().for_each(|failure| writeln!(stderr(), "seamwright: {failure}").unwrap_or_default());
     last.map_or(Ok(()), Err)
 }
 
