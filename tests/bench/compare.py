@@ -19,7 +19,7 @@ def timed(command):
     """User and wall seconds of a command; what it prints is kept for an error."""
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime, time.time()
     done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode:
+    if done.returncode not in (0, 5):  # 5: the atlas is there, its distortion is above the bound; the table shows it
         sys.exit(f"{' '.join(command)}: exit {done.returncode}\n{done.stderr}")
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, time.time() - start
 

@@ -67,6 +67,13 @@ const SPEND: f64 = 0.9;
 pub const MOLLIFY: f64 = 1e-9;
 /// A face below this share of the mean area has none to speak of.
 const FLAT: f64 = 1e-9;
+/// Paths that a round of extension adds at the most: more where the distortion is above the goal by more than [`FAR`] times
+/// what the goal allows, so that tight bounds are reached within the rounds.
+const PATHS: usize = 3;
+/// See [`PATHS`].
+const PATHS_FAR: usize = 8;
+/// See [`PATHS`].
+const FAR: f64 = 5.0;
 /// Rounds of extension at the most; each adds paths where the distortion is worst.
 const ROUNDS: usize = 80;
 /// Times that charts which rounding has flipped are halved: 2^24 faces end as single polygons.
@@ -128,11 +135,13 @@ pub fn make_charts(
         if !proceed() {
             return Err(SeamError::Stopped);
         }
-        if distortion(uv, surface.rest) <= goal {
+        let now = distortion(uv, surface.rest);
+        if now <= goal {
             break;
         }
         changed.fill(0);
-        if extend(cut, changed, uv, surface, 3, 0.5, scratch.frame())? == 0 {
+        let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { PATHS };
+        if extend(cut, changed, uv, surface, paths, 0.5, scratch.frame())? == 0 {
             break;
         }
         relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
