@@ -197,10 +197,8 @@ fn take_out<'j>(
     }
     let border = scratch.take::<u32>(count as usize - inner)?;
     if let Some(first) = corners().find(|c| surface.is_open(cut, *c)) {
-        let mut c = first;
-        for slot in border.iter_mut() {
+        for (slot, c) in border.iter_mut().zip(surface.border(cut, first)) {
             *slot = 3 * local_face(faces, c / 3) + c % 3;
-            c = surface.following(cut, c);
         }
     }
     let beside = scratch.take_filled::<[u32; 3]>(if inner == 0 { faces.len() } else { 0 }, [NONE; 3])?;

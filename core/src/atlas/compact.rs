@@ -47,14 +47,10 @@ pub fn split_bulky(
         let Some(start) = faces.iter().flat_map(|f| 3 * f..3 * f + 3).find(|c| surface.is_open(cut, *c)) else {
             continue;
         };
-        let (mut len, mut c) = (0, start);
-        loop {
-            border[len] = c;
+        let mut len = 0;
+        for (slot, c) in border.iter_mut().zip(surface.border(cut, start)) {
+            *slot = c;
             len += 1;
-            c = surface.following(cut, c);
-            if c == start || len == border.len() {
-                break;
-            }
         }
         let border = &border[..len];
         let count = SAMPLES.min(len);

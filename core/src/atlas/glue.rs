@@ -70,17 +70,19 @@ pub fn glue_small(
     // Charts grow as others are glued to them: a face names its chart through this table.
     let now = scratch.take::<u32>(charts.count())?;
     now.iter_mut().enumerate().for_each(|(k, n)| *n = k as u32);
+    let took = scratch.take::<u8>(charts.count())?;
     let local = scratch.take_filled::<u32>(3 * faces, NONE)?;
     let mut glued = 0;
     for [_, k] in order.iter() {
         let k = *k as usize;
         // A chart that has taken another is not small any more: it stays.
-        if now.iter().enumerate().any(|(j, n)| j != k && *n == k as u32) {
+        if took[k] != 0 {
             continue;
         }
         let into = try_chart(uv, cut, k, &charts, now, local, surface, scratch.frame())?;
         if let Some(into) = into {
             now[k] = into;
+            took[into as usize] = 1;
             glued += 1;
             charts.faces_of(k).iter().for_each(|f| changed[*f as usize] = 1);
         }
@@ -112,15 +114,12 @@ fn try_chart(
         return Ok(None);
     };
     let border = scratch.fill::<u32>(|out| {
-        let (mut c, mut len) = (start, 0);
-        loop {
+        let mut len = 0;
+        for c in surface.border(cut, start) {
             *out.get_mut(len)? = c;
             len += 1;
-            c = surface.following(cut, c);
-            if c == start {
-                return Some(len);
-            }
         }
+        Some(len)
     })?;
     let runs = scratch.take::<Run>(border.len())?;
     let count = find_runs(runs, border, cut, k as u32, &home, surface);

@@ -268,16 +268,13 @@ impl<'a> Search<'a> {
     fn walk_border(&mut self, side: &[u8], cut: &[u8], node: &[u32], surface: &Surface) -> Option<usize> {
         let first = (0..node.len() as u32).find(|c| side[(c / 3) as usize] == X && surface.is_open(cut, *c))?;
         self.position.fill(NONE);
-        let (mut at, mut len) = (first, 0);
-        loop {
-            *self.border.get_mut(len)? = at;
-            self.position[node[at as usize] as usize] = len as u32;
+        let mut len = 0;
+        for c in surface.border(cut, first) {
+            *self.border.get_mut(len)? = c;
+            self.position[node[c as usize] as usize] = len as u32;
             len += 1;
-            at = surface.following(cut, at);
-            if at == first {
-                return Some(len);
-            }
         }
+        Some(len)
     }
 }
 

@@ -93,6 +93,11 @@ impl<'a> Surface<'a> {
         out
     }
 
+    /// The border that the open half-edge `first` is on, once round from there.
+    pub fn border<'s>(&'s self, cut: &'s [u8], first: u32) -> impl Iterator<Item = u32> + 's {
+        core::iter::successors(Some(first), move |c| Some(self.following(cut, *c)).filter(|c| *c != first))
+    }
+
     /// Sets or clears the cut on both sides of the edge of `c`.
     pub fn set_cut(&self, cut: &mut [u8], c: u32, value: bool) {
         cut[c as usize] = u8::from(value);
