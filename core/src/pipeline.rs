@@ -10,6 +10,7 @@ use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
 use crate::mesh::fill::{fill_dropped, fill_dropped_need};
+use crate::mesh::frame::to_own_frame;
 use crate::mesh::grid::{GRID_BITS, GridPoint, GridTriangle};
 use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::overlap::{overlaps, overlaps_need};
@@ -205,6 +206,12 @@ impl core::error::Error for UnwrapError {}
 const OPEN: f64 = 0.05;
 /// See [`OPEN`].
 const SHARPNESS: f64 = 4.0;
+/// Rays see vertices on a grid of so many steps a unit of the mesh's own frame, that one or another rounding of the input
+/// casts the same rays: 2^24 is f32 as it is, and every hundredth coordinate of a file of 9 digits rounds otherwise; 2^16
+/// bends the small faces of a million.
+const POSITION_STEPS: f64 = (1 << 20) as f64;
+/// The same for normals, which only aim the rays: a step is a 70th of a degree.
+const NORMAL_STEPS: f64 = (1 << 12) as f64;
 /// Vertices whose exposure is found between two progress reports.
 const EXPOSURE_SLICE: usize = 4096;
 /// Work of the packer, see its settings.
@@ -225,7 +232,10 @@ pub fn unwrap_need(input: &Input, settings: &Settings, bvh: &dyn BuildBvh) -> us
     let pieces = pieces_need(triangles) + make_charts_need(triangles, vertices) + 64 * triangles;
     let packing = pack_need(triangles, triangles.min(CHARTS_FORESEEN), &settings.pack()) + overlaps_need(triangles);
     let atlas = pieces_need(triangles) + 17 * 3 * triangles + 4096 + pieces.max(packing + 60 * 3 * triangles);
-    repair_need(&polygons) + bytes_for::<f64>(3 * triangles) + rays.max(atlas).max(fill_dropped_need(&polygons))
+    repair_need(&polygons)
+        + bytes_for::<DVec3>(vertices)
+        + bytes_for::<f64>(3 * triangles)
+        + rays.max(atlas).max(fill_dropped_need(&polygons))
 }
 
 /// Charts for which [`unwrap_need`] holds packing memory.
@@ -244,7 +254,10 @@ pub fn unwrap(
     scratch.require(unwrap_need(input, settings, bvh))?;
     let polygons = input.polygons();
     report(progress, Stage::Repair, 0, 1)?;
-    let (working, repaired) = repair(&polygons, Facing::AsGiven, &mut scratch)?;
+    let (mut working, repaired) = repair(&polygons, Facing::AsGiven, &mut scratch)?;
+    let own = scratch.take::<DVec3>(working.positions.len())?;
+    to_own_frame(own, working.positions);
+    working.positions = own;
     report(progress, Stage::Repair, 1, 1)?;
     let cost = scratch.take::<f64>(3 * working.faces.len())?;
     expose(output.exposure, cost, &working, settings, bvh, scratch.frame(), workers, progress)?;
@@ -295,9 +308,9 @@ fn expose(
     let exact = scratch.take::<DVec3>(n)?;
     vertex_normals(exact, mesh, NormalWeight::Angle);
     let normals = scratch.take::<Vec3>(n)?;
-    normals.iter_mut().zip(exact.iter()).for_each(|(to, from)| *to = from.as_vec3());
+    normals.iter_mut().zip(exact.iter()).for_each(|(to, from)| *to = on_grid(*from, NORMAL_STEPS));
     let points = scratch.take::<Vec3>(n)?;
-    points.iter_mut().zip(mesh.positions).for_each(|(to, from)| *to = from.as_vec3());
+    points.iter_mut().zip(mesh.positions).for_each(|(to, from)| *to = on_grid(*from, POSITION_STEPS));
     let open = scratch.take::<f32>(n)?;
     let scene = Scene::new(points, mesh.faces, bvh, &mut scratch).map_err(|e| match e {
         BvhError::Scratch(e) => UnwrapError::Scratch(e),
@@ -316,8 +329,8 @@ fn expose(
         let d = mesh.positions[b as usize] - mesh.positions[a as usize];
         let e = 0.5 * (f64::from(open[a as usize]) + f64::from(open[b as usize]));
         let uncuttable = working.fixed[c as usize] == DIAGONAL;
-        cost[c as usize] =
-            if uncuttable { f64::INFINITY } else { real::sqrt(d.dot(d)) * (OPEN + real::pow(e, SHARPNESS)) };
+        let seen = real::sqrt(d.dot(d)) * (OPEN + real::pow(e, SHARPNESS));
+        cost[c as usize] = if uncuttable { f64::INFINITY } else { real::for_cost(seen) };
     }
     // Input vertices at one place share the value of the last working vertex there.
     exposure_out.fill(1.0);
@@ -331,6 +344,11 @@ fn expose(
         }
     }
     Ok(())
+}
+
+/// Nearest point of a grid.
+fn on_grid(p: DVec3, steps: f64) -> Vec3 {
+    ((p * steps).to_array().map(|x| (real::round(x) / steps) as f32)).into()
 }
 
 /// Packs the charts, puts them on the grid, and checks them there exactly; what overlaps is split and packed anew.

@@ -10,7 +10,7 @@
 use super::charts::Charts;
 use super::relax::{Piece, Stop, relax, relax_need};
 use super::surface::Surface;
-use crate::base::real::sqrt;
+use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::grid::{GridPoint, grid_bits, interiors_meet};
 use crate::mesh::view::{NONE, next};
@@ -59,7 +59,7 @@ pub fn glue_small(
     let order = scratch.take::<[u64; 2]>(charts.count())?;
     let mut len = 0;
     for k in 0..charts.count() {
-        let a = area(k);
+        let a = for_decision(area(k));
         if a <= LARGEST * total && charts.faces_of(k).len() <= MOST_FACES {
             order[len] = [a.to_bits(), k as u64];
             len += 1;

@@ -19,7 +19,7 @@ use super::slide::Slides;
 use super::split::split_overlaps;
 use super::surface::Surface;
 use super::transfer::{transfer, transfer_need};
-use crate::base::real::sqrt;
+use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
 use crate::mesh::collapse::Collapse;
@@ -437,7 +437,7 @@ pub fn extend(
         let l = surface.length(c);
         length[v] = length[from] + l;
         along[v] = along[from] + l * 0.5 * (density[v] + density[from]);
-        score[v] = along[v] * length[v] / paths.cost[v].max(1e-300);
+        score[v] = for_decision(along[v] * length[v] / paths.cost[v].max(1e-300));
     }
     let order = &mut order[..len];
     order.sort_unstable_by(|a, b| score[*b as usize].total_cmp(&score[*a as usize]).then(a.cmp(b)));
