@@ -1,5 +1,7 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
+pub mod partition;
+
 use crate::atlas::pack::{self, Placement, pack_need};
 use crate::atlas::pieces::{Pieces, pieces_need, unwrap_pieces};
 use crate::atlas::seams::{Budget, SeamError, distortion, make_charts_need};
