@@ -39,6 +39,7 @@ pub fn make(
         corners: &mesh.corners,
         polygon_start: &mesh.polygon_start,
         kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
+        parts,
     };
     let mut atlas = empty(mesh);
     let result = with_enough(unwrap_need(&input, settings, &ObvhsBuilder), |bytes| {

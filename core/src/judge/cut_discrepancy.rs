@@ -53,17 +53,17 @@ const OURS: u8 = 1;
 const REFERENCE: u8 = 2;
 
 /// Places and the edges between them.
-struct Graph<'g> {
-    mesh: Surface<'g>,
+struct Graph<'m, 'g> {
+    mesh: Surface<'m>,
     edges: &'g [[u32; 2]], // (e), low place first
     cut: &'g [u8],         // (e)
     start: &'g [u32],      // (n + 1), into `beside`
     beside: &'g [u32],     // (2 e), places
 }
 
-impl<'g> Graph<'g> {
+impl<'m, 'g> Graph<'m, 'g> {
     fn new(
-        mesh: Surface<'g>,
+        mesh: Surface<'m>,
         ours: &[u32],
         reference: &[u32],
         keep: &mut Scratch<'g>,
