@@ -296,6 +296,7 @@ impl Build {
             return Err(FormatError::whole("more vertices or corners than 32-bit indices can name; split the mesh"));
         }
         check(&self.mesh)?;
+        let marks = self.marks();
         for (uv, vertex) in self.corner_uv.iter_mut().zip(&self.mesh.corners) {
             if !uv.is_finite() {
                 *uv = self.vertex_uv[*vertex as usize];
@@ -304,7 +305,6 @@ impl Build {
         if self.corner_uv.iter().any(|uv| uv.is_finite()) {
             self.mesh.corner_uv = Some(self.corner_uv);
         }
-        let marks = self.marks();
         let small = self.small_faces;
         let warning = (small > 0).then(|| format!("{small} faces have fewer than three corners and are left out"));
         Ok(Bare { mesh: self.mesh, marks, warnings: warning.into_iter().collect(), ..Bare::default() })

@@ -3,6 +3,7 @@
 //! Polygons are fans from their first corner. Lit from one side by any viewer; normals are left to it, as the format allows.
 
 use crate::mesh::Mesh;
+use crate::picture::linear;
 use seamwright_core::judge::input::fan;
 use serde_json::json;
 use std::io::{self, Write};
@@ -30,11 +31,11 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh, labels: &[u32], colours: &[[u8; 3
         primitives.push(json!({
             "attributes": { "POSITION": 0 }, "indices": accessors.len(), "material": materials.len(),
         }));
-        let linear = colours[label].map(|c| crate::picture::linear_light(c));
+        let light = linear(colours[label]).to_array();
         materials.push(json!({
             "name": format!("part{label}"), "doubleSided": true,
             "pbrMetallicRoughness": {
-                "baseColorFactor": [linear[0], linear[1], linear[2], 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9,
+                "baseColorFactor": [light[0], light[1], light[2], 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9,
             },
         }));
         accessors.push(json!({ "bufferView": views.len(), "componentType": 5125, "count": corners.len(), "type": "SCALAR" }));
