@@ -3,7 +3,7 @@
 //! The floors, lowest first; a module imports only from floors below its own:
 //! - [`base`]: memory, workers, progress, numbers
 //! - [`mesh`]: views, topology, repair
-//! - [`rays`], [`atlas`], [`judge`]: the stages; none imports another
+//! - [`rays`], [`segment`], [`atlas`], [`judge`]: the stages; none imports another
 //! - [`pipeline`]: joins the stages
 #![no_std]
 #![warn(missing_docs)]
@@ -17,3 +17,4 @@ pub mod judge;
 pub mod mesh;
 pub mod pipeline;
 pub mod rays;
+pub mod segment;

@@ -1,5 +1,9 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
+pub mod order;
+pub mod partition;
+pub mod polygons;
+
 use crate::atlas::pack::{self, Placement, pack_need};
 use crate::atlas::pieces::{Pieces, pieces_need, unwrap_pieces};
 use crate::atlas::seams::{Budget, SeamError, distortion, make_charts_need};
@@ -20,6 +24,7 @@ use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
 use crate::rays::exposure::{ExposureSettings, exposure, exposure_need};
 use glam::{DVec2, DVec3, Vec3};
+use order::order_charts;
 
 /// The user's mesh: polygons over positions, nothing merged.
 #[derive(Clone, Copy)]
@@ -32,11 +37,14 @@ pub struct Input<'a> {
     pub polygon_start: &'a [u32], // (p + 1)
     /// UVs that the file came with, one a corner, whose borders stay cuts (`--keep-seams`). NaN: no UV.
     pub kept_uv: Option<&'a [DVec2]>, // (c)
+    /// Part of each polygon, whose borders become cuts: no chart has faces of two parts, and a piece of a part is one
+    /// chart where that can be. Charts are numbered by part, see [`order::order_charts`].
+    pub parts: Option<&'a [u32]>, // (p)
 }
 
 impl<'a> Input<'a> {
     fn polygons(&self) -> Polygons<'a> {
-        let Input { positions, corners, polygon_start, kept_uv } = *self;
+        let Input { positions, corners, polygon_start, kept_uv, .. } = *self;
         Polygons { positions, corners, polygon_start, kept_uv }
     }
 }
@@ -264,11 +272,15 @@ pub fn unwrap(
     let mut done = Report { repaired, ..Report::default() };
     let mut frame = scratch.frame();
     let forced = frame.take::<u8>(working.twin.len())?;
-    forced.iter_mut().zip(working.fixed).for_each(|(f, mark)| *f = u8::from(*mark == FORCED));
+    let part = |face: u32| input.parts.map(|p| p.get(working.polygon[face as usize] as usize).copied().unwrap_or(NONE));
+    for (h, (out, mark)) in forced.iter_mut().zip(working.fixed).enumerate() {
+        let twin = working.twin[h];
+        *out = u8::from(*mark == FORCED || twin != NONE && part(h as u32 / 3) != part(twin / 3));
+    }
     let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
     let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
     let cut = frame.take::<u8>(working.twin.len())?;
-    let budget = Budget { distortion: settings.distortion, one: settings.charts == Charts::One };
+    let budget = Budget { distortion: settings.distortion, one: settings.charts == Charts::One || input.parts.is_some() };
     let total = pieces.count();
     unwrap_pieces(uv, cut, &pieces, budget, frame.frame(), workers, &mut |p| {
         progress.report(Stage::Seams, p, total).is_continue()
@@ -281,6 +293,7 @@ pub fn unwrap(
         cut,
         &pieces,
         &working,
+        input.parts,
         settings,
         &mut done,
         frame,
@@ -360,6 +373,7 @@ fn place(
     cut: &mut [u8],
     pieces: &Pieces,
     working: &Working,
+    parts: Option<&[u32]>,
     settings: &Settings,
     done: &mut Report,
     mut scratch: Scratch,
@@ -374,6 +388,11 @@ fn place(
         let node = frame.take::<[u32; 3]>(faces)?;
         let chart = frame.take::<u32>(faces)?;
         let (nodes, charts) = number(node, chart, cut, pieces, frame.frame())?;
+        if let Some(parts) = parts {
+            let polygon = |f: usize| working.polygon[pieces.source[3 * f] as usize / 3] as usize;
+            let part = |f: usize| parts.get(polygon(f)).copied().unwrap_or(NONE);
+            order_charts(chart, charts, part, |f| pieces.rest()[f].area, frame.frame())?;
+        }
         let points = frame.take::<DVec2>(nodes)?;
         for (n, u) in node.as_flattened().iter().zip(uv.iter()) {
             points[*n as usize] = *u;
