@@ -1,0 +1,2 @@
+//! The learned map: matrix products, a reverse-mode tape, four networks, their losses and the training loop.
+pub mod kernels;
