@@ -4,6 +4,7 @@ use super::plain;
 use super::{Matrix, Path};
 use crate::base::real::Real;
 use bytemuck::Pod;
+use core::cmp::Ordering;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// f32 or f64, with arithmetic and the rows of a matrix product.
@@ -30,6 +31,9 @@ pub trait Float:
     /// The same value in f64.
     fn wide(self) -> f64;
 
+    /// Total order: by `total_cmp`.
+    fn order(self, other: Self) -> Ordering;
+
     /// Columns of a packed panel of B.
     fn panel(path: Path) -> usize;
 
@@ -40,6 +44,11 @@ pub trait Float:
 impl Float for f32 {
     const ZERO: f32 = 0.0;
     const ONE: f32 = 1.0;
+
+    #[inline(always)]
+    fn order(self, other: f32) -> Ordering {
+        self.total_cmp(&other)
+    }
 
     #[inline(always)]
     fn of(x: f64) -> f32 {
@@ -71,6 +80,11 @@ impl Float for f32 {
 impl Float for f64 {
     const ZERO: f64 = 0.0;
     const ONE: f64 = 1.0;
+
+    #[inline(always)]
+    fn order(self, other: f64) -> Ordering {
+        self.total_cmp(&other)
+    }
 
     #[inline(always)]
     fn of(x: f64) -> f64 {
