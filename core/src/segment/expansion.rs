@@ -50,12 +50,12 @@ pub const fn expand_need(faces: usize, edges: usize) -> usize {
 
 /// Lowers the energy of `labels` by expansions of the labels 0..count in turn, until a whole round changes nothing or
 /// `rounds` are done. Returns the energy.
-pub fn expand(
+pub fn expand<'a>(
     labels: &mut [u32], // (f)
-    energy: &Energy,
+    energy: &Energy<'a>,
     count: u32,
     rounds: usize,
-    mut scratch: Scratch,
+    mut scratch: Scratch<'a>,
 ) -> Result<i64, ScratchTooSmall> {
     scratch.require(expand_need(labels.len(), energy.edges.len()))?;
     let moved = scratch.take::<u32>(labels.len())?;
