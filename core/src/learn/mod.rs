@@ -1,4 +1,7 @@
 //! The learned map: matrix products, a reverse-mode tape, four networks, their losses and the training loop.
+pub mod adamw;
+pub mod backbone;
 pub mod kernels;
+pub mod losses;
 pub mod near;
 pub mod tape;
