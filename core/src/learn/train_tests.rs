@@ -87,8 +87,9 @@ fn losses_fall_and_the_curve_is_sampled_to_the_end() {
     assert_eq!((summary.steps, summary.samples, summary.was_stopped), (300, 10, false));
     assert!(summary.best_step > 200, "{summary:?}");
     let loss = |i: usize, loss: Loss| result.curve[i].losses[loss as usize];
-    for which in [Loss::Wrap, Loss::CyclePoints, Loss::CycleNormals] {
-        assert!(loss(9, which) < 0.7 * loss(0, which), "{which:?}: {} {}", loss(0, which), loss(9, which));
+    // Wrap has 100 times the cycles' weight: it falls at once, the cycles follow.
+    for (which, share) in [(Loss::Wrap, 0.3), (Loss::CyclePoints, 0.9), (Loss::CycleNormals, 0.9)] {
+        assert!(loss(9, which) < share * loss(0, which), "{which:?}: {} {}", loss(0, which), loss(9, which));
     }
     assert!(result.q.iter().all(|x| x.is_finite()) && result.scores.iter().all(|s| (0.0..=1.0).contains(s)));
 }
