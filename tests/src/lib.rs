@@ -1,5 +1,6 @@
 //! Shared helpers of the test suites.
 
+pub mod learned;
 pub mod plain_obj;
 pub mod shapes;
 

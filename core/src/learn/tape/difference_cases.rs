@@ -45,8 +45,6 @@ fn rest(rest: Var, faces: Table) -> Box<dyn Fn(&mut [f64], &mut [u32])> {
     })
 }
 
-use super::distortion::REST;
-
 /// The table: every operation at least once, every branch that has a derivative of its own.
 pub(super) fn cases() -> std::vec::Vec<Case> {
     std::vec![

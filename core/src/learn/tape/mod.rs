@@ -29,15 +29,15 @@ use super::kernels::{Float, Path};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::workers::Workers;
 pub use affine::{Activation, Affine};
-pub use angles::Angles;
+pub use angles::{Angles, cosines};
 pub use cosine::Cosine;
-pub use distortion::{Barrier, Hinge, Scale};
+pub use distortion::{Barrier, Hinge, REST, Scale, rest_of};
 pub use eigenvalues::Eigenvalues;
 pub use means::{MeanAbs, WeightedMean};
 pub use nearest::Nearest;
 pub use normalise::Normalise;
 pub use repel::Repel;
-pub use seam::{Reach, Seam};
+pub use seam::{NEIGHBOURS as SEAM_NEIGHBOURS, Reach, Seam};
 pub use shape::{Add, Concat, Slice};
 
 /// Operations of a tape at the most; the whole backbone takes about 100.
