@@ -8,6 +8,8 @@
 //! Every label is one connected region of faces; labels are 0..count, in the order of their lowest faces. Components of
 //! the mesh never share a label.
 
+use super::dual::{Dual, dual_need};
+use super::published::{published, published_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::workers::Workers;
 use crate::mesh::view::MeshView;
@@ -69,7 +71,7 @@ pub struct Summary {
 /// Scratch bytes that [`parts`] asks for.
 pub const fn parts_need(faces: usize, vertices: usize) -> usize {
     let _ = vertices;
-    faces.saturating_mul(400)
+    dual_need(faces) + published_need(faces)
 }
 
 /// Fills `labels`. Near-linear in the number of faces.
@@ -77,11 +79,17 @@ pub fn parts(
     labels: &mut [u32], // (f)
     surface: &Surface,
     settings: &Settings,
-    scratch: Scratch,
+    mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<Summary, ScratchTooSmall> {
     scratch.require(parts_need(surface.mesh.faces.len(), surface.mesh.positions.len()))?;
-    let _ = (settings, workers);
-    labels.fill(0);
-    Ok(Summary { parts: usize::from(!labels.is_empty()), clusters: 0 })
+    let _ = workers;
+    if labels.is_empty() {
+        return Ok(Summary::default());
+    }
+    let dual = Dual::new(surface.mesh, surface.twin, &mut scratch)?;
+    match settings.count {
+        Count::Published { clusters, lambda } => published(labels, surface, &dual, clusters, lambda, scratch),
+        Count::Auto | Count::Exactly(_) => published(labels, surface, &dual, None, 15.0, scratch),
+    }
 }
