@@ -63,19 +63,21 @@ fn holds(mesh: &Mesh, parts: &[u32]) {
 }
 
 #[test]
-fn halves_of_a_sphere_are_one_chart_each() {
+fn halves_of_a_sphere_keep_their_border_and_their_numbers() {
     let mesh = shapes::sphere();
     let half = |p: usize| u32::from(mesh.corners[mesh.polygon(p)].iter().any(|v| mesh.positions[*v as usize].z > 1e-9));
     let parts: Vec<u32> = (0..mesh.polygon_count()).map(half).collect();
     holds(&mesh, &parts);
     let (chart, _) = atlas(&mesh, &parts, &Serial);
-    // A hemisphere in one disk is at 1.05 at the least, above the bound of 1.025, so each is cut or split inside.
-    assert!(chart.iter().zip(&parts).any(|(c, p)| c == p), "the main chart of a part has the part's number");
+    for part in 0..2 {
+        let main = chart.iter().zip(&parts).any(|(c, p)| *c == part && *p == part);
+        assert!(main, "the largest chart of part {part} has its number");
+    }
 }
 
 #[test]
 fn random_labels_give_sound_atlases_whatever_the_shape() {
-    for (i, mesh) in [shapes::cube(), shapes::sphere(), shapes::torus(), shapes::moebius(), shapes::concave_prism()]
+    for (i, mesh) in [shapes::cube(), shapes::sphere(), shapes::torus(), shapes::moebius(), shapes::open_cylinder()]
         .iter()
         .enumerate()
     {
