@@ -139,7 +139,6 @@ impl<'t> Table<'t> {
             rows += 1;
             row_start[rows] = entries as u32;
         }
-        drop(frame);
         Ok(Self {
             row_start: &row_start[..rows + 1],
             column: &column[..entries],

@@ -116,7 +116,6 @@ impl<'m, 'g> Graph<'m, 'g> {
                 beside[start[at as usize] as usize] = other;
             }
         }
-        drop(frame);
         Ok(Self { mesh, edges: &edges[..count], cut: &cut[..count], start, beside })
     }
 

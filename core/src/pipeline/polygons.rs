@@ -48,7 +48,6 @@ pub fn parts_of_polygons_need(input: &Input, bvh: &dyn BuildBvh) -> usize {
 
 /// Writes part and diameter of every polygon; returns how many parts there are. Outputs have one entry a polygon; they are
 /// unspecified where the result is an error.
-#[allow(clippy::too_many_arguments)]
 pub fn parts_of_polygons(
     out: Parts,
     input: &Input,
@@ -167,10 +166,8 @@ fn fill_dropped(part: &mut [u32], input: &Input, working: &Working, mut scratch:
     for p in (0..part.len()).rev().filter(|p| part[*p] != NONE) {
         corners(p).iter().for_each(|v| at[place(v)] = part[p]);
     }
-    for p in 0..part.len() {
-        if part[p] == NONE {
-            part[p] = corners(p).iter().map(|v| at[place(v)]).find(|l| *l != NONE).unwrap_or(0);
-        }
+    for (p, part) in part.iter_mut().enumerate().filter(|(_, part)| **part == NONE) {
+        *part = corners(p).iter().map(|v| at[place(v)]).find(|l| *l != NONE).unwrap_or(0);
     }
     Ok(())
 }
