@@ -107,7 +107,13 @@ pub fn compare(
             adjusted_rand_index: a.adjusted_rand,
             cut_discrepancy: cuts,
         };
-        Ok(ReferenceRecord { reference: name.clone(), labels: a.labels[1], faces: a.faces, left_out: a.left_out, figures })
+        Ok(ReferenceRecord {
+            reference: name.clone(),
+            labels: a.labels[1],
+            faces: a.faces,
+            left_out: a.left_out,
+            figures,
+        })
     };
     let references = references.iter().map(&mut compare).collect::<Result<Vec<_>, _>>()?;
     let mut known: Vec<u32> = labels.iter().copied().filter(|l| *l != NONE).collect();
@@ -187,7 +193,12 @@ mod tests {
     /// Two quads and a triangle in a row; the last one has no UV, the others are a chart each.
     fn row() -> (Mesh, Vec<DVec2>) {
         let positions: Vec<DVec3> = (0..8).map(|i| DVec3::new((i / 2) as f64, (i % 2) as f64, 0.0)).collect();
-        let mesh = Mesh { positions, corners: vec![0, 2, 3, 1, 2, 4, 5, 3, 4, 6, 5], polygon_start: vec![0, 4, 8, 11], corner_uv: None };
+        let mesh = Mesh {
+            positions,
+            corners: vec![0, 2, 3, 1, 2, 4, 5, 3, 4, 6, 5],
+            polygon_start: vec![0, 4, 8, 11],
+            corner_uv: None,
+        };
         let uv = |c: usize| match c {
             0..4 => mesh.positions[mesh.corners[c] as usize].truncate() / 8.0,
             4..8 => mesh.positions[mesh.corners[c] as usize].truncate() / 8.0 + 0.3,

@@ -39,7 +39,12 @@ pub fn find(
 }
 
 /// Takes the parts of `loaded` from `labels`, one a polygon.
-pub fn given(loaded: &Loaded, labels: &Labels, workers: &dyn Workers, progress: &mut Reporter) -> Result<Parts, Failure> {
+pub fn given(
+    loaded: &Loaded,
+    labels: &Labels,
+    workers: &dyn Workers,
+    progress: &mut Reporter,
+) -> Result<Parts, Failure> {
     let mut parts = run(loaded, Source::Labels(&labels.label), workers, progress)?;
     let mut names = vec![String::new(); parts.count];
     for (part, label) in parts.part.iter().zip(&labels.label) {

@@ -280,7 +280,8 @@ pub fn unwrap(
     let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
     let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
     let cut = frame.take::<u8>(working.twin.len())?;
-    let budget = Budget { distortion: settings.distortion, one: settings.charts == Charts::One || input.parts.is_some() };
+    let budget =
+        Budget { distortion: settings.distortion, one: settings.charts == Charts::One || input.parts.is_some() };
     let total = pieces.count();
     unwrap_pieces(uv, cut, &pieces, budget, frame.frame(), workers, &mut |p| {
         progress.report(Stage::Seams, p, total).is_continue()

@@ -21,7 +21,8 @@ use std::path::{Path, PathBuf};
 /// Runs `seamwright measure`.
 pub fn measure(args: &MeasureArgs) -> Result<(), Failure> {
     if !args.reference.is_empty() && args.files.len() > 1 {
-        let text = format!("--reference: labels are those of one mesh, but {} files are given; name one", args.files.len());
+        let text =
+            format!("--reference: labels are those of one mesh, but {} files are given; name one", args.files.len());
         return Err(Failure::Usage(text));
     }
     let pool = Pool::new(None).map_err(|e| Failure::Unreached(format!("cannot start threads: {e}")))?;
@@ -95,9 +96,7 @@ fn agree(loaded: &Loaded, uv: Option<&[DVec2]>, args: &MeasureArgs) -> Result<Op
         return Ok(None);
     }
     let (mesh, path) = (loaded.mesh(), &loaded.path);
-    let read = |file: &PathBuf| {
-        Ok((file.display().to_string(), labels::read("--reference", file, mesh, path)?))
-    };
+    let read = |file: &PathBuf| Ok((file.display().to_string(), labels::read("--reference", file, mesh, path)?));
     let references = args.reference.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
     let (compared, ours) = match (&args.labels, uv) {
         (Some(file), _) => (file.display().to_string(), labels::read("--labels", file, mesh, path)?.label),
@@ -127,7 +126,9 @@ fn foot(args: &MeasureArgs) -> String {
     };
     let agreement = match args.reference.len() {
         0 => "",
-        _ => "\nhamming: share that differs after the best matching of labels; directional: mean of missing and false alarm, by area",
+        _ => {
+            "\nhamming: share that differs after the best matching of labels; directional: mean of missing and false alarm, by area"
+        }
     };
     format!(
         "{exposure}\n{coverage}{agreement}\nseam, visible: length over sqrt(area), all and times exposure; ratio: exposure of seams over that of all edges"

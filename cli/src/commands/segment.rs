@@ -20,9 +20,13 @@ pub fn segment(args: &SegmentArgs) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("-o {shown}: the same file as the mesh; choose another")));
     }
     if let Some(sheet) = &args.sheet {
-        let clash = [(&args.mesh, "the mesh"), (&args.output, "-o")].into_iter().find(|(path, _)| same_file(sheet, path));
+        let clash =
+            [(&args.mesh, "the mesh"), (&args.output, "-o")].into_iter().find(|(path, _)| same_file(sheet, path));
         if let Some((_, other)) = clash {
-            return Err(Failure::Usage(format!("--sheet {}: the same file as {other}; choose another", sheet.display())));
+            return Err(Failure::Usage(format!(
+                "--sheet {}: the same file as {other}; choose another",
+                sheet.display()
+            )));
         }
         if !sheet.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", sheet.display())));

@@ -38,7 +38,9 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh, labels: &[u32], colours: &[[u8; 3
                 "baseColorFactor": [light[0], light[1], light[2], 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9,
             },
         }));
-        accessors.push(json!({ "bufferView": views.len(), "componentType": 5125, "count": corners.len(), "type": "SCALAR" }));
+        accessors.push(
+            json!({ "bufferView": views.len(), "componentType": 5125, "count": corners.len(), "type": "SCALAR" }),
+        );
         let length = 4 * corners.len();
         views.push(json!({ "buffer": 0, "byteOffset": data.len(), "byteLength": length, "target": 34963 }));
         data.extend(corners.iter().flat_map(|v| v.to_le_bytes()));

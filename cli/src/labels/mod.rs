@@ -126,7 +126,10 @@ mod tests {
 
     #[test]
     fn numbers_rise_and_words_stand_as_they_come() {
-        assert_eq!(Labels::of_numbers(vec![7, -1, 7]), Labels { label: vec![1, 0, 1], names: vec!["-1".into(), "7".into()] });
+        assert_eq!(
+            Labels::of_numbers(vec![7, -1, 7]),
+            Labels { label: vec![1, 0, 1], names: vec!["-1".into(), "7".into()] }
+        );
         let words = ["leg", "3", "leg"].map(String::from).to_vec();
         assert_eq!(Labels::of_names(words), Labels { label: vec![0, 1, 0], names: vec!["leg".into(), "3".into()] });
         let colours = Labels::of_marks([Mark::Colour([65535, 0, 257 * 16])].into_iter());

@@ -33,12 +33,7 @@ impl Groups<'_> {
 /// before each polygon whose group is another than that of the one before it, and overrules the file's own groups.
 ///
 /// Panics unless `corner_uv` has one entry for each corner of the file's mesh.
-pub fn write(
-    out: &mut dyn Write,
-    file: &ObjFile,
-    corner_uv: &[DVec2],
-    groups: Option<&Groups>,
-) -> io::Result<()> {
+pub fn write(out: &mut dyn Write, file: &ObjFile, corner_uv: &[DVec2], groups: Option<&Groups>) -> io::Result<()> {
     assert_eq!(corner_uv.len(), file.mesh.corners.len(), "one UV a corner");
     let (source, table) = (&file.source, UvTable::new(corner_uv));
     let mut written = 0; // bytes of the source that are dealt with
@@ -57,7 +52,8 @@ pub fn write(
             EditKind::Texture => {}
             EditKind::Face => {
                 let between = &source[before..edit.start];
-                let changed = groups.is_some() && Statements::new(between).any(|s| names_group(&between[s.start..s.end]));
+                let changed =
+                    groups.is_some() && Statements::new(between).any(|s| names_group(&between[s.start..s.end]));
                 if let Some(name) = groups.and_then(|groups| groups.name(polygon, changed)) {
                     write!(out, "g {name}")?;
                     out.write_all(newline(source))?;
@@ -195,7 +191,8 @@ mod tests {
         let groups = Groups { of: &[0, 0, 0, 1, 7], names: vec!["a".into(), "b".into()] };
         let mut out = Vec::new();
         write(&mut out, &file, &[DVec2::NAN; 15], Some(&groups)).unwrap();
-        let expected = "v 0 0 0\nv 1 0 0\nv 0 1 0\ng a\nf 1 2 3\nf 1 2 3\ng own\ng a\nf 1 2 3\n  g b\nf 1 3 2\nf 3 2 1\n";
+        let expected =
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\ng a\nf 1 2 3\nf 1 2 3\ng own\ng a\nf 1 2 3\ng b\n  f 1 3 2\nf 3 2 1\n";
         assert_eq!(String::from_utf8(out).unwrap(), expected);
     }
 

@@ -63,7 +63,8 @@ pub fn agreement(
     scratch.require(agreement_need(ours.len()))?;
     let table = Table::new(ours, reference, area, &mut scratch)?;
     let faces = table.faces;
-    let mut out = Agreement { faces, left_out: ours.len() - faces, labels: [table.rows(), table.columns], ..Default::default() };
+    let mut out =
+        Agreement { faces, left_out: ours.len() - faces, labels: [table.rows(), table.columns], ..Default::default() };
     let of_rows = scratch.take::<f64>(table.rows())?;
     let of_columns = scratch.take::<f64>(table.columns)?;
     let partner = scratch.take::<u32>(table.rows())?;
@@ -138,7 +139,6 @@ impl<'t> Table<'t> {
             rows += 1;
             row_start[rows] = entries as u32;
         }
-        drop(frame);
         Ok(Self {
             row_start: &row_start[..rows + 1],
             column: &column[..entries],
@@ -187,7 +187,9 @@ impl Sums {
         of_columns.fill(0.0);
         for (r, entries) in rows() {
             of_rows[r] = value[entries.clone()].iter().fold(0.0, |most, x| f64::max(most, *x));
-            entries.for_each(|e| of_columns[table.column[e] as usize] = of_columns[table.column[e] as usize].max(value[e]));
+            entries.for_each(|e| {
+                of_columns[table.column[e] as usize] = of_columns[table.column[e] as usize].max(value[e])
+            });
         }
         Self {
             total,
@@ -223,7 +225,8 @@ mod tests {
     #[test]
     fn the_same_partition_under_other_names_agrees_in_full() {
         let a = judge(&[4, 4, 9, 9, 0], &[1, 1, 0, 0, 7], &[1.0, 2.0, 3.0, 4.0, 5.0]);
-        let expected = Agreement { faces: 5, labels: [3, 3], rand: 1.0, rand_aw: 1.0, adjusted_rand: 1.0, ..Default::default() };
+        let expected =
+            Agreement { faces: 5, labels: [3, 3], rand: 1.0, rand_aw: 1.0, adjusted_rand: 1.0, ..Default::default() };
         assert_eq!(a, expected);
     }
 
@@ -263,7 +266,8 @@ mod tests {
         if row == k {
             return 0.0;
         }
-        let shared = |c: u32| (0..ours.len()).filter(|f| ours[*f] == row && reference[*f] == c).map(|f| weight[f]).sum::<f64>();
+        let shared =
+            |c: u32| (0..ours.len()).filter(|f| ours[*f] == row && reference[*f] == c).map(|f| weight[f]).sum::<f64>();
         let alone = naive_hamming(ours, reference, weight, k, row + 1, used);
         (0..k).filter(|c| used >> c & 1 == 0).fold(alone, |best, c| {
             best.max(shared(c) + naive_hamming(ours, reference, weight, k, row + 1, used | 1 << c))
@@ -293,11 +297,21 @@ mod tests {
             let near = |x: f64, y: f64| (x - y).abs() < 1e-11;
             assert!(near(a.rand, same / all) && near(a.rand_aw, same_aw / all_aw), "{seed}: {a:?}");
             let ones = vec![1.0; n];
-            assert!(near(a.hamming, 1.0 - naive_hamming(&ours, &reference, &ones, k, 0, 0) / n as f64), "{seed}: {a:?}");
+            assert!(
+                near(a.hamming, 1.0 - naive_hamming(&ours, &reference, &ones, k, 0, 0) / n as f64),
+                "{seed}: {a:?}"
+            );
             let total: f64 = area.iter().sum();
-            assert!(near(a.hamming_aw, 1.0 - naive_hamming(&ours, &reference, &area, k, 0, 0) / total), "{seed}: {a:?}");
+            assert!(
+                near(a.hamming_aw, 1.0 - naive_hamming(&ours, &reference, &area, k, 0, 0) / total),
+                "{seed}: {a:?}"
+            );
             let b = judge(&reference, &ours, &area);
-            assert!(near(a.hamming_aw, b.hamming_aw) && near(a.rand_aw, b.rand_aw) && near(a.adjusted_rand, b.adjusted_rand));
+            assert!(
+                near(a.hamming_aw, b.hamming_aw)
+                    && near(a.rand_aw, b.rand_aw)
+                    && near(a.adjusted_rand, b.adjusted_rand)
+            );
             assert!(near(a.missing_aw, b.false_alarm_aw) && near(a.false_alarm_aw, b.missing_aw), "{seed}");
         }
     }

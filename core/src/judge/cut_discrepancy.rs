@@ -24,9 +24,14 @@ pub struct Surface<'a> {
 /// Scratch bytes that [`cut_discrepancy`] needs.
 pub const fn cut_discrepancy_need(vertices: usize, triangles: usize) -> usize {
     let sides = triangles.saturating_mul(3);
-    let of_vertices = bytes_for::<u32>(vertices).saturating_mul(4).saturating_add(bytes_for::<f64>(vertices).saturating_mul(2));
+    let of_vertices =
+        bytes_for::<u32>(vertices).saturating_mul(4).saturating_add(bytes_for::<f64>(vertices).saturating_mul(2));
     let of_sides = bytes_for::<[u32; 3]>(sides).saturating_add(bytes_for::<[u32; 2]>(sides).saturating_mul(2));
-    of_vertices.saturating_add(of_sides).saturating_add(bytes_for::<u8>(sides)).saturating_add(weld_need(vertices)).saturating_add(64)
+    of_vertices
+        .saturating_add(of_sides)
+        .saturating_add(bytes_for::<u8>(sides))
+        .saturating_add(weld_need(vertices))
+        .saturating_add(64)
 }
 
 /// The cut discrepancy of two labelings of the triangles: 0 where neither has a cut, NaN where only one has, infinite where
@@ -111,7 +116,6 @@ impl<'m, 'g> Graph<'m, 'g> {
                 beside[start[at as usize] as usize] = other;
             }
         }
-        drop(frame);
         Ok(Self { mesh, edges: &edges[..count], cut: &cut[..count], start, beside })
     }
 

@@ -77,7 +77,11 @@ pub fn order_parts(
     order.sort_unstable_by(|&a, &b| {
         let (p, q) = (key(a), key(b));
         let reals = |x: &[f64], y: &[f64]| {
-            x.iter().zip(y).map(|(x, y)| (x + 0.0).total_cmp(&(y + 0.0))).find(|o| o.is_ne()).unwrap_or(core::cmp::Ordering::Equal)
+            x.iter()
+                .zip(y)
+                .map(|(x, y)| (x + 0.0).total_cmp(&(y + 0.0)))
+                .find(|o| o.is_ne())
+                .unwrap_or(core::cmp::Ordering::Equal)
         };
         reals(&p.0, &q.0)
             .then_with(|| reals(&p.1, &q.1))
@@ -140,10 +144,10 @@ mod tests {
     #[test]
     fn size_comes_before_diameter_and_diameter_before_place() {
         let of = |l: u32| match l {
-            0 => (1.0, 0.1, DVec3::X),  // thin, on the right
+            0 => (1.0, 0.1, DVec3::X),   // thin, on the right
             1 => (1.02, 0.1, -DVec3::X), // thin, on the left, a little larger: the same size
             2 => (0.98, 0.4, DVec3::X),  // thick
-            _ => (9.0, 0.1, DVec3::X),  // large
+            _ => (9.0, 0.1, DVec3::X),   // large
         };
         assert_eq!(ordered(&[0, 1, 2, 3], 4, of), (vec![3, 2, 1, 0], 4));
         assert_eq!(ordered(&[3, 0], 4, of), (vec![0, 1], 2));

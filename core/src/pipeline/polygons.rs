@@ -40,12 +40,14 @@ pub fn parts_of_polygons_need(input: &Input, bvh: &dyn BuildBvh) -> usize {
     let polygons = input.polygon_start.len();
     let work = partition_need(triangles, 3 * triangles, bvh).max(order_parts_need(polygons.max(triangles)));
     let labels = bytes_for::<u32>(triangles).saturating_mul(2).saturating_add(bytes_for::<u32>(polygons));
-    repair_need(&input.polygons()).saturating_add(labels).saturating_add(bytes_for::<u32>(input.positions.len())).saturating_add(work)
+    repair_need(&input.polygons())
+        .saturating_add(labels)
+        .saturating_add(bytes_for::<u32>(input.positions.len()))
+        .saturating_add(work)
 }
 
 /// Writes part and diameter of every polygon; returns how many parts there are. Outputs have one entry a polygon; they are
 /// unspecified where the result is an error.
-#[allow(clippy::too_many_arguments)]
 pub fn parts_of_polygons(
     out: Parts,
     input: &Input,
@@ -110,11 +112,16 @@ fn vote(part: &mut [u32], label: &[u32], working: &Working) {
         let faces = first..first + group.len();
         first = faces.end;
         // Few faces a polygon: the square is no matter, and long polygons take the label of their first face.
-        let weight = |l: u32| faces.clone().filter(|f| label[*f] == l).map(|f| real::sqrt(area(f))).fold(0.0, |s, a| s + a);
+        let weight =
+            |l: u32| faces.clone().filter(|f| label[*f] == l).map(|f| real::sqrt(area(f))).fold(0.0, |s, a| s + a);
         let best = match faces.len() {
             1 => label[faces.start],
             n if n > LONG => label[faces.start],
-            _ => faces.clone().map(|f| label[f]).max_by(|a, b| weight(*a).total_cmp(&weight(*b)).then(b.cmp(a))).unwrap_or(NONE),
+            _ => faces
+                .clone()
+                .map(|f| label[f])
+                .max_by(|a, b| weight(*a).total_cmp(&weight(*b)).then(b.cmp(a)))
+                .unwrap_or(NONE),
         };
         part[group[0] as usize] = best;
     }
@@ -159,10 +166,8 @@ fn fill_dropped(part: &mut [u32], input: &Input, working: &Working, mut scratch:
     for p in (0..part.len()).rev().filter(|p| part[*p] != NONE) {
         corners(p).iter().for_each(|v| at[place(v)] = part[p]);
     }
-    for p in 0..part.len() {
-        if part[p] == NONE {
-            part[p] = corners(p).iter().map(|v| at[place(v)]).find(|l| *l != NONE).unwrap_or(0);
-        }
+    for (p, part) in part.iter_mut().enumerate().filter(|(_, part)| **part == NONE) {
+        *part = corners(p).iter().map(|v| at[place(v)]).find(|l| *l != NONE).unwrap_or(0);
     }
     Ok(())
 }
@@ -185,7 +190,13 @@ mod tests {
 
     fn run(source: Source, less: usize) -> Result<(usize, Vec<u32>, Vec<f32>), UnwrapError> {
         let (positions, corners, polygon_start) = cube();
-        let input = Input { positions: &positions, corners: &corners, polygon_start: &polygon_start, kept_uv: None, parts: None };
+        let input = Input {
+            positions: &positions,
+            corners: &corners,
+            polygon_start: &polygon_start,
+            kept_uv: None,
+            parts: None,
+        };
         let (mut part, mut diameter) = (vec![9; 7], vec![9.0; 7]);
         let mut bytes = vec![0; parts_of_polygons_need(&input, &BinnedBuilder) - less];
         let out = Parts { part: &mut part, diameter: &mut diameter };

@@ -8,6 +8,7 @@
 //! Every label is one connected region of faces; labels are 0..count, in the order of their lowest faces. Components of
 //! the mesh never share a label.
 
+use super::by_sight::{by_sight, by_sight_need};
 use super::dual::{Dual, dual_need};
 use super::published::{published, published_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
@@ -71,7 +72,8 @@ pub struct Summary {
 /// Scratch bytes that [`parts`] asks for.
 pub const fn parts_need(faces: usize, vertices: usize) -> usize {
     let _ = vertices;
-    dual_need(faces) + published_need(faces)
+    let (a, b) = (by_sight_need(faces), published_need(faces));
+    dual_need(faces) + if a > b { a } else { b }
 }
 
 /// Fills `labels`. Near-linear in the number of faces.
@@ -83,13 +85,13 @@ pub fn parts(
     workers: &dyn Workers,
 ) -> Result<Summary, ScratchTooSmall> {
     scratch.require(parts_need(surface.mesh.faces.len(), surface.mesh.positions.len()))?;
-    let _ = workers;
     if labels.is_empty() {
         return Ok(Summary::default());
     }
     let dual = Dual::new(surface.mesh, surface.twin, &mut scratch)?;
     match settings.count {
         Count::Published { clusters, lambda } => published(labels, surface, &dual, clusters, lambda, scratch),
-        Count::Auto | Count::Exactly(_) => published(labels, surface, &dual, None, 15.0, scratch),
+        Count::Auto => by_sight(labels, surface, &dual, None, scratch, workers),
+        Count::Exactly(n) => by_sight(labels, surface, &dual, Some(n as usize), scratch, workers),
     }
 }

@@ -110,7 +110,8 @@ impl Build<'_> {
                 Some(colour) => self.mark(colour, &triangles)?,
                 None => {
                     let look = material.and_then(|material| material.pbr_metallic_roughness.as_ref());
-                    let colour = look.and_then(|look| look.base_color_factor).map(|[r, g, b, _]| Mark::colour([r, g, b]));
+                    let colour =
+                        look.and_then(|look| look.base_color_factor).map(|[r, g, b, _]| Mark::colour([r, g, b]));
                     self.marks.extend(colour.into_iter().flat_map(|mark| triangles.iter().map(move |_| mark)));
                 }
             }
