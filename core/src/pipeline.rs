@@ -1,9 +1,10 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
+use crate::atlas::apart::{mark_turned, set_apart};
 use crate::atlas::pack::{self, Placement, pack_need};
 use crate::atlas::pieces::{Pieces, pieces_need, unwrap_pieces};
 use crate::atlas::seams::{Budget, SeamError, distortion, make_charts_need};
-use crate::atlas::snap::{close_slits, straighten};
+use crate::atlas::snap::{close_slits, packing_step, straighten, uv_area};
 use crate::atlas::split::split_overlaps;
 use crate::base::progress::{Progress, Stage};
 use crate::base::real;
@@ -218,6 +219,8 @@ const EXPOSURE_SLICE: usize = 4096;
 const PACK_EFFORT: f64 = 1.5;
 /// Times that an atlas which fails the exact check is split and packed anew.
 const ATTEMPTS: usize = 12;
+/// Attempts after which polygons that still overlap something are set apart instead.
+const SPLITTING: usize = 7;
 
 /// Scratch bytes that [`unwrap`] asks for: an estimate from above for meshes as they occur. Some mesh may need more (more
 /// charts than are foreseen, say): [`unwrap`] then stops with [`UnwrapError::Scratch`], whose figures are those of the
@@ -375,18 +378,22 @@ fn place(
         let chart = frame.take::<u32>(faces)?;
         let (nodes, charts) = number(node, chart, cut, pieces, frame.frame())?;
         let points = frame.take::<DVec2>(nodes)?;
+        let area = uv_area(uv);
+        let step = if settings.padding == 0 { 0.0 } else { packing_step(area, settings.size) };
         for (n, u) in node.as_flattened().iter().zip(uv.iter()) {
-            points[*n as usize] = *u;
+            points[*n as usize] =
+                if step > 0.0 { DVec2::from((*u / step).to_array().map(real::round)) * step } else { *u };
         }
         let placements = frame.take_filled::<Placement>(charts, Placement::IDENTITY)?;
         let shapes = pack::Charts { uv: points, faces: node, chart, count: charts };
         let packed = pack::pack(placements, &shapes, &settings.pack(), &mut frame, workers)?;
         let grid = frame.take::<GridPoint>(nodes)?;
-        for (f, corners) in node.iter().enumerate() {
-            for n in corners {
-                let p = placements[chart[f] as usize].apply(points[*n as usize]);
-                grid[*n as usize] = GridPoint::snap(p.min(DVec2::splat(1.0 - 1.0 / steps)), GRID_BITS);
-            }
+        // What packing has not seen of a chart may stick out of the square by so much.
+        let margin = step * placements.iter().fold(0.0, |m, p| p.scale.max(m));
+        for (slot, n) in node.as_flattened().iter().enumerate() {
+            let p = placements[chart[slot / 3] as usize].apply(uv[slot]);
+            let p = (p - DVec2::splat(0.5)) * (1.0 - 2.0 * margin) + DVec2::splat(0.5);
+            grid[*n as usize] = GridPoint::snap(p.min(DVec2::splat(1.0 - 1.0 / steps)), GRID_BITS);
         }
         for p in 0..pieces.count() {
             close_slits(grid, pieces.slits(p, cut, node.as_flattened()));
@@ -411,21 +418,34 @@ fn place(
         done.utilisation = packed.utilisation;
         done.flipped = flips;
         done.overlapping = overlapping;
-        done.distortion = distortion(uv, pieces.rest());
-        if overlapping == 0 {
-            break;
-        }
-        // Rounding has laid a border over another: decide on the rounded points where to split.
+        // From here on the UVs are those on the grid: they are what is measured, and where rounding has laid a border over
+        // another, they decide where to split.
         for (slot, n) in node.as_flattened().iter().enumerate() {
             uv[slot] = grid[*n as usize].uv(GRID_BITS) / placements[chart[slot / 3] as usize].scale.max(1e-300);
+        }
+        done.distortion = distortion(uv, pieces.rest());
+        let failing = frame.take::<u8>(faces)?;
+        let turned = mark_turned(failing, triangles, pieces.rest());
+        if overlapping == 0 && turned == 0 {
+            break;
+        }
+        if attempt >= SPLITTING {
+            failing.iter_mut().zip(partner.iter()).for_each(|(f, p)| *f |= u8::from(*p != NONE));
         }
         let changed = frame.take::<u8>(faces)?;
         for p in 0..pieces.count() {
             let mut inner = frame.frame();
             let corners = pieces.corners(p);
             let surface = pieces.surface(p, &mut inner)?;
-            let changed = &mut changed[corners.start / 3..corners.end / 3];
-            split_overlaps(&mut cut[corners.clone()], changed, &uv[corners], &surface, inner)?;
+            let (uv, cut) = (&mut uv[corners.clone()], &mut cut[corners.clone()]);
+            let range = corners.start / 3..corners.end / 3;
+            if attempt < SPLITTING {
+                split_overlaps(cut, &mut changed[range.clone()], uv, &surface, inner.frame())?;
+            }
+            let failing = &mut failing[range];
+            if failing.contains(&1) {
+                set_apart(uv, cut, failing, &surface, area, inner)?;
+            }
         }
     }
     report(progress, Stage::Check, ATTEMPTS, ATTEMPTS)?;

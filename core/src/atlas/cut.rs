@@ -9,6 +9,7 @@
 
 use super::surface::Surface;
 use crate::base::heap::Heap;
+use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::union_find::UnionFind;
 use crate::mesh::view::{MeshView, NONE, next};
@@ -236,7 +237,8 @@ fn find_tips(
         far.fill(NONE);
         for v in 0..n {
             let best = &mut far[component[v] as usize];
-            if distance[v].is_finite() && (*best == NONE || distance[v] > distance[*best as usize]) {
+            let is_farther = |than: u32| for_decision(distance[v]) > for_decision(distance[than as usize]);
+            if distance[v].is_finite() && (*best == NONE || is_farther(*best)) {
                 *best = v as u32;
             }
         }
@@ -246,6 +248,7 @@ fn find_tips(
             far.iter().for_each(|v| tip[*v as usize] = 1);
         }
     }
+    mean.iter_mut().for_each(|m| *m = for_decision(*m));
     // A tip has the largest mean distance of all vertices within a radius.
     let largest = scratch.take::<f64>(count)?;
     let smallest = scratch.take_filled::<f64>(count, f64::INFINITY)?;

@@ -1,5 +1,6 @@
 //! Atlas: cuts, flattening, seams, packing.
 
+pub mod apart;
 pub mod charts;
 pub mod compact;
 pub mod cut;

@@ -6,8 +6,10 @@
 //! lay one over the other.
 //! Limit: a sliver inside a knot of slivers may find no place; the caller counts what is left.
 
+use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::grid::{GridPoint, doubled_area};
+use glam::DVec2;
 
 /// Farthest that a node is moved, in steps.
 const REACH: i32 = 6;
@@ -19,6 +21,20 @@ const TOGETHER: i32 = 2;
 /// Scratch bytes for [`straighten`].
 pub const fn straighten_need(nodes: usize, faces: usize) -> usize {
     bytes_for::<u32>(nodes + 2) + bytes_for::<u32>(3 * faces)
+}
+
+/// Step of the grid on which packing sees charts of this `area` on a texture of `size` texels: about a 16th of a texel, so
+/// that what it finds does not hang on the last bits of a UV. A 64th is too fine for that after files of 9 digits, a 4th
+/// shows in the padding. 0 where there is no area.
+pub fn packing_step(area: f64, size: u32) -> f64 {
+    let step = sqrt(area) / f64::from(size.max(1)) / 16.0;
+    // The power of two below: scaling by it rounds nothing.
+    if step.is_normal() { f64::from_bits(step.to_bits() & !((1 << (f64::MANTISSA_DIGITS - 1)) - 1)) } else { 0.0 }
+}
+
+/// Area of all faces in UV; `uv` stands at corners.
+pub fn uv_area(uv: &[DVec2]) -> f64 {
+    0.5 * uv.chunks_exact(3).map(|t| (t[1] - t[0]).perp_dot(t[2] - t[0]).max(0.0)).sum::<f64>()
 }
 
 /// Puts the copies of a vertex that a cut has parted by hardly anything on one point. `pairs` are nodes on two sides of a
@@ -118,6 +134,16 @@ mod tests {
         let faces = [[0, 1, 3], [0, 3, 2], [3, 1, 2]];
         assert_eq!(settled(&mut points, &faces), 0);
         assert!(faces.iter().all(|f| doubled_area(&f.map(|i| points[i as usize])) > 0));
+    }
+
+    #[test]
+    fn packing_sees_a_power_of_two_near_a_16th_of_a_texel() {
+        let square = [[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 0.0], [3.0, 3.0], [0.0, 3.0]].map(DVec2::from);
+        assert_eq!((uv_area(&square), packing_step(9.0, 1024)), (9.0, 2.0 / 16384.0));
+        assert_eq!(
+            (packing_step(0.0, 1024), packing_step(f64::NAN, 7), packing_step(f64::INFINITY, 7)),
+            (0.0, 0.0, 0.0)
+        );
     }
 
     #[test]
