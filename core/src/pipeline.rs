@@ -1,10 +1,11 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
 use crate::atlas::apart::{mark_turned, set_apart};
+use crate::atlas::cut::disks_again;
 use crate::atlas::pack::{self, Placement, pack_need};
 use crate::atlas::pieces::{Pieces, pieces_need, unwrap_pieces};
-use crate::atlas::seams::{Budget, SeamError, distortion, make_charts_need};
-use crate::atlas::snap::{close_slits, packing_step, straighten, uv_area};
+use crate::atlas::seams::{Budget, SeamError, distortion, halve, make_charts_need};
+use crate::atlas::snap::{close_slits, mark_rejoined, packing_step, straighten, uv_area};
 use crate::atlas::split::split_overlaps;
 use crate::base::progress::{Progress, Stage};
 use crate::base::real;
@@ -396,7 +397,7 @@ fn place(
             grid[*n as usize] = GridPoint::snap(p.min(DVec2::splat(1.0 - 1.0 / steps)), GRID_BITS);
         }
         for p in 0..pieces.count() {
-            close_slits(grid, pieces.slits(p, cut, node.as_flattened()));
+            close_slits(grid, pieces.slits(p, cut, node.as_flattened()).flatten());
         }
         let flips = straighten(grid, node, frame.frame())?;
         let triangles = frame.take::<GridTriangle>(faces)?;
@@ -426,7 +427,15 @@ fn place(
         done.distortion = distortion(uv, pieces.rest());
         let failing = frame.take::<u8>(faces)?;
         let turned = mark_turned(failing, triangles, pieces.rest());
-        if overlapping == 0 && turned == 0 {
+        let ajar = frame.take::<u8>(faces)?;
+        let rejoined = {
+            let mut inner = frame.frame();
+            let joined = inner.take::<u32>(nodes)?;
+            let of_node = inner.take::<u32>(nodes)?;
+            let slits = (0..pieces.count()).flat_map(|p| pieces.slits(p, cut, node.as_flattened()));
+            mark_rejoined(ajar, joined, inner.take::<i32>(charts)?, grid, node, chart, of_node, slits)
+        };
+        if overlapping + turned + rejoined == 0 {
             break;
         }
         if attempt >= SPLITTING {
@@ -439,6 +448,11 @@ fn place(
             let surface = pieces.surface(p, &mut inner)?;
             let (uv, cut) = (&mut uv[corners.clone()], &mut cut[corners.clone()]);
             let range = corners.start / 3..corners.end / 3;
+            if ajar[range.clone()].contains(&1) {
+                let ajar = &ajar[range.clone()];
+                halve(cut, &mut changed[range.clone()], &surface, |f| ajar[f] != 0, inner.frame())?;
+                disks_again(cut, &surface, inner.frame())?;
+            }
             if attempt < SPLITTING {
                 split_overlaps(cut, &mut changed[range.clone()], uv, &surface, inner.frame())?;
             }

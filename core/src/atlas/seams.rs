@@ -287,7 +287,7 @@ fn flatten(
 
 /// Parts each chart that has a bad face into two of about equal numbers of faces; marks the faces of those charts and
 /// returns how many charts it parted. A chart of one polygon stays whole.
-fn halve(
+pub fn halve(
     cut: &mut [u8],
     changed: &mut [u8],
     surface: &Surface,
