@@ -12,6 +12,7 @@ use super::relax::{Piece, Stop, relax, relax_need};
 use super::surface::Surface;
 use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::Serial;
 use crate::mesh::grid::{GridPoint, grid_bits, interiors_meet};
 use crate::mesh::view::{NONE, next};
 use bytemuck::{Pod, Zeroable};
@@ -287,7 +288,7 @@ impl<'t> Trial<'t> {
         }
         let at: &[DVec3] = &[];
         let piece = Piece { triangles, rest: self.rest, free: free as usize, at, springs: &[] };
-        let done = relax(y, &piece, STOP, scratch)?;
+        let done = relax(y, &piece, STOP, scratch, &Serial)?;
         for (x, p) in self.x.iter_mut().zip(place.iter()) {
             *x = y[*p as usize];
         }
