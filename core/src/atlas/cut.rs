@@ -12,6 +12,7 @@ use crate::base::heap::Heap;
 use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::union_find::UnionFind;
+use crate::mesh::loops::next_on_border;
 use crate::mesh::view::{MeshView, NONE, next};
 use glam::DVec3;
 
@@ -193,12 +194,7 @@ fn border_loops(loops: &mut [u32], surface: &Surface) -> usize {
         let mut at = c;
         loop {
             loops[surface.mesh.vertex(at) as usize] = count;
-            // The next border half-edge leaves the far end: turn clockwise around it.
-            let mut out = next(at);
-            while surface.twin[out as usize] != NONE {
-                out = next(surface.twin[out as usize]);
-            }
-            at = out;
+            at = next_on_border(surface.twin, at);
             if at == c || loops[surface.mesh.vertex(at) as usize] == count {
                 break;
             }

@@ -12,6 +12,7 @@ pub mod pieces;
 pub mod proxy;
 pub mod relax;
 pub mod seams;
+pub mod settle;
 pub mod slide;
 pub mod snap;
 pub mod sparse;

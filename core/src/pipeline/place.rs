@@ -12,6 +12,7 @@ use crate::atlas::cut::disks_again;
 use crate::atlas::pack::{self, Placement};
 use crate::atlas::pieces::Pieces;
 use crate::atlas::seams::{distortion, halve};
+use crate::atlas::settle::settle;
 use crate::atlas::snap::{close_slits, mark_rejoined, packing_step, straighten, uv_area};
 use crate::atlas::split::split_overlaps;
 use crate::base::progress::{Progress, Stage};
@@ -58,6 +59,7 @@ pub(super) fn place(
             let part = |f: usize| parts.get(polygon(f)).copied().unwrap_or(NONE);
             order_charts(chart, charts, part, |f| pieces.rest()[f].area, frame.frame())?;
         }
+        settle(uv, chart, charts, frame.frame())?;
         let points = frame.take::<DVec2>(nodes)?;
         let area = uv_area(uv);
         let step = if settings.padding == 0 { 0.0 } else { packing_step(area, settings.size) };
