@@ -84,7 +84,8 @@ impl<'a> Factor<'a> {
                 updates.push(root, front, |update| update.copy_from_slice(slot));
                 (f, next) = (root + 1, next + 1);
             }
-            let end = plan.roots.get(next).map_or(symbolic.fronts.len(), |r| symbolic.fronts[*r as usize].leftmost as usize);
+            let end =
+                plan.roots.get(next).map_or(symbolic.fronts.len(), |r| symbolic.fronts[*r as usize].leftmost as usize);
             if f == end {
                 continue;
             }
@@ -268,8 +269,8 @@ impl<'c, T> Cursor<'c, T> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::front::FrontMatrix;
+    use super::*;
     use crate::base::random::unit_f64;
     use glam::DVec3;
     use std::{vec, vec::Vec};

@@ -187,7 +187,14 @@ pub fn product<T: Float>(
             Start::Bias(bias) => rows.chunks_exact_mut(columns).for_each(|row| row.copy_from_slice(bias)),
         }
         let first = task * block;
-        T::fill_rows(path, rows, columns, depth, Matrix { data: &a.data[(first * a.row).min(a.data.len())..], ..a }, packed);
+        T::fill_rows(
+            path,
+            rows,
+            columns,
+            depth,
+            Matrix { data: &a.data[(first * a.row).min(a.data.len())..], ..a },
+            packed,
+        );
         finish.apply(rows, first, columns);
     });
 }

@@ -49,13 +49,7 @@ macro_rules! path {
 
             /// SAFETY: the machine has the instructions and `packed` holds all panels of `depth` rows.
             #[target_feature(enable = $features)]
-            pub unsafe fn fill_rows(
-                rows: &mut [f32],
-                columns: usize,
-                depth: usize,
-                a: Matrix<f32>,
-                packed: &[f32],
-            ) {
+            pub unsafe fn fill_rows(rows: &mut [f32], columns: usize, depth: usize, a: Matrix<f32>, packed: &[f32]) {
                 let count = rows.len() / columns;
                 let mut left = [0.0; PACKED_ROWS * SLAB];
                 for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
@@ -132,5 +126,27 @@ macro_rules! path {
     };
 }
 
-path!(wide256, "avx2,fma", 8, 2, __m256, _mm256_setzero_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_set1_ps, _mm256_fmadd_ps);
-path!(wide512, "avx512f", 16, 4, __m512, _mm512_setzero_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_set1_ps, _mm512_fmadd_ps);
+path!(
+    wide256,
+    "avx2,fma",
+    8,
+    2,
+    __m256,
+    _mm256_setzero_ps,
+    _mm256_loadu_ps,
+    _mm256_storeu_ps,
+    _mm256_set1_ps,
+    _mm256_fmadd_ps
+);
+path!(
+    wide512,
+    "avx512f",
+    16,
+    4,
+    __m512,
+    _mm512_setzero_ps,
+    _mm512_loadu_ps,
+    _mm512_storeu_ps,
+    _mm512_set1_ps,
+    _mm512_fmadd_ps
+);
