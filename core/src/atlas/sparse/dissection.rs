@@ -20,7 +20,7 @@ const WIDE: usize = 6;
 pub(super) struct Front {
     /// First value of its columns in the factor, or in that of its bough where those are not kept.
     pub(super) factor: u64,
-    pub(super) first: u32,  // first position in elimination order
+    pub(super) first: u32, // first position in elimination order
     pub(super) count: u32,
     pub(super) border: u32, // first entry in the list of border positions
     pub(super) border_len: u32,

@@ -101,14 +101,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Assembles front `f` from its elements and its children's updates, and eliminates its columns.
-    pub fn eliminate(
-        &mut self,
-        f: usize,
-        symbolic: &Symbolic,
-        updates: &mut Updates,
-        add: Add,
-        workers: &dyn Workers,
-    ) {
+    pub fn eliminate(&mut self, f: usize, symbolic: &Symbolic, updates: &mut Updates, add: Add, workers: &dyn Workers) {
         let front = &symbolic.fronts[f];
         let (m, own) = (front.size(), front.own());
         (self.m, self.own) = (m, own);

@@ -84,7 +84,8 @@ impl<'a> Factor<'a> {
                 updates.push(root, front, |update| update.copy_from_slice(slot));
                 (f, next) = (root + 1, next + 1);
             }
-            let end = plan.roots.get(next).map_or(symbolic.fronts.len(), |r| symbolic.fronts[*r as usize].leftmost as usize);
+            let end =
+                plan.roots.get(next).map_or(symbolic.fronts.len(), |r| symbolic.fronts[*r as usize].leftmost as usize);
             if f == end {
                 continue;
             }
@@ -268,11 +269,22 @@ impl<'c, T> Cursor<'c, T> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::front::FrontMatrix;
+    use super::*;
     use crate::base::random::unit_f64;
     use glam::DVec3;
     use std::{vec, vec::Vec};
+
+    struct Backwards;
+    impl Workers for Backwards {
+        fn run(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
+            std::thread::scope(|scope| {
+                for i in (0..count).rev() {
+                    scope.spawn(move || task(i));
+                }
+            });
+        }
+    }
 
     /// A grid graph of side x side nodes, and its springs.
     #[allow(clippy::type_complexity)]
@@ -307,7 +319,7 @@ mod tests {
 
     #[test]
     fn the_solution_satisfies_the_system() {
-        for side in [1, 2, 5, 17, 40, 150] {
+        for side in [1, 2, 5, 17, 40, 100, 150] {
             let (at, springs, start, neighbours) = grid(side);
             let n = at.len();
             let mut bytes = vec![0u8; 200_000_000];
@@ -338,6 +350,12 @@ mod tests {
             };
             let mut x = vec![DVec2::ZERO; n];
             let fall = factor.solve(&mut x, &symbolic, &add, scratch.frame(), &Serial).unwrap();
+            // Boughs in any order, on other threads: the same bits.
+            let mut again = vec![DVec2::ZERO; n];
+            factor.solve(&mut again, &symbolic, &add, scratch.frame(), &Backwards).unwrap();
+            assert!(
+                x.iter().zip(&again).all(|(a, b)| a.to_array().map(f64::to_bits) == b.to_array().map(f64::to_bits))
+            );
             let exact: f64 = x.iter().zip(&rhs).map(|(x, b)| x.dot(*b)).sum();
             assert!((fall - exact).abs() < 1e-5 * exact, "{side}: {fall} {exact}");
             let mut product = vec![DVec2::ZERO; n];
