@@ -2,7 +2,8 @@
 //!
 //! Positions, colours, normals, groups, objects, materials, smoothing, comments and whatever else stand byte for byte
 //! where they stood. The new `vt` lines stand where the first old one stood, or before the first face. Corners become
-//! `v/vt` or `v/vt/vn` with indices from 1; the blanks, joints and comments of a face's line stay.
+//! `v/vt` or `v/vt/vn` with indices from 1; the blanks and comments of a face's line stay. A face that a backslash continues
+//! on the next line is written on one: few readers know the backslash, and its line is another one now anyway.
 //! Each `vt` is the shortest decimal that reads back as the same double; values k / 2^24 read back exactly as floats too.
 
 use super::field::names_texture;
@@ -79,12 +80,20 @@ fn write_face(out: &mut dyn Write, text: &[u8], file: &ObjFile, table: &UvTable,
     words.next_span(); // the keyword
     for c in file.mesh.polygon(polygon) {
         let Some((start, end)) = words.next_span() else { break };
-        out.write_all(&text[written..start])?;
+        write_gap(out, &text[written..start])?;
         let normal = file.corner_normal.get(c).copied().unwrap_or(0);
         write_corner(out, file.mesh.corners[c], table.corner_texture[c], normal)?;
         written = end;
     }
-    out.write_all(&text[written..])
+    write_gap(out, &text[written..])
+}
+
+/// What stands beside the corners of a face; a joined line end and all before it become one blank.
+fn write_gap(out: &mut dyn Write, gap: &[u8]) -> io::Result<()> {
+    match gap.iter().rposition(|b| matches!(b, b'\n' | b'\r')) {
+        Some(end) => out.write_all(b" ").and_then(|()| out.write_all(gap[end + 1..].trim_ascii_start())),
+        None => out.write_all(gap),
+    }
 }
 
 /// One corner: the vertex from 0, texture and normal from 1, 0 for none.
@@ -171,7 +180,7 @@ mod tests {
         let source = b"# c\r\nmtllib a b.mtl\r\nv  0 0 0 1 .5 0\r\nv 1 0 0\r\nv 0 1 0\r\nvt 9 9\r\nvn 0 0 1\r\ng x\r\n\
             usemtl m\r\n\tf  1/1/1   -2//1 \\\r\n 3/1 # t\r\ns off\r\nl 1/1 2/1/1\r\np 1";
         let expected = "# c\r\nmtllib a b.mtl\r\nv  0 0 0 1 .5 0\r\nv 1 0 0\r\nv 0 1 0\r\nvt 0 0.25\r\nvt 1 0.25\r\n\
-            vt 2 0.25\r\nvn 0 0 1\r\ng x\r\nusemtl m\r\n\tf  1/1/1   2/2/1 \\\r\n 3/3 # t\r\ns off\r\nl 1 2//1\r\np 1";
+            vt 2 0.25\r\nvn 0 0 1\r\ng x\r\nusemtl m\r\n\tf  1/1/1   2/2/1 3/3 # t\r\ns off\r\nl 1 2//1\r\np 1";
         assert_eq!(rewritten(source, |c| DVec2::new(c as f64, 0.25)), expected);
     }
 
