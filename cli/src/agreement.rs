@@ -61,8 +61,11 @@ pub struct Figures {
     pub cut_discrepancy: f64,
 }
 
+/// Picks one of the figures.
+type Pick = fn(&Figures) -> f64;
+
 /// Heads of the table and their figures.
-const COLUMNS: &[(&str, fn(&Figures) -> f64)] = &[
+const COLUMNS: &[(&str, Pick)] = &[
     ("hamming", |f| f.hamming),
     ("by area", |f| f.hamming_aw),
     ("directional", |f| f.hamming_directional_aw),
@@ -144,7 +147,7 @@ fn fans(mesh: &Mesh) -> impl Iterator<Item = (usize, [u32; 3])> + '_ {
 }
 
 fn mean(references: &[ReferenceRecord]) -> Figures {
-    let of = |figure: fn(&Figures) -> f64| {
+    let of = |figure: Pick| {
         let values: Vec<f64> = references.iter().map(|r| figure(&r.figures)).filter(|x| !x.is_nan()).collect();
         values.iter().sum::<f64>() / values.len() as f64
     };

@@ -14,7 +14,10 @@ use crate::base::workers::Workers;
 use crate::mesh::repair::{Facing, Working, repair, repair_need};
 use crate::mesh::view::NONE;
 use crate::rays::bvh::{BuildBvh, BvhError};
+use crate::rays::cast::Scene;
+use crate::rays::diameter::{DiameterSettings, diameter};
 use crate::segment;
+use glam::Vec3;
 
 /// Where the parts come from.
 #[derive(Clone, Copy, Debug)]
@@ -62,18 +65,18 @@ pub fn parts_of_polygons(
     let (working, _) = repair(&input.polygons(), Facing::Turned, &mut scratch)?;
     let faces = working.faces.len();
     let label = scratch.take::<u32>(faces)?;
-    let diameter = scratch.take::<f32>(faces)?;
-    // Labels from elsewhere need the diameter alone: one part is the least work.
-    let settings = match source {
-        Source::Shape(settings) => settings,
-        Source::Labels(_) => segment::parts::Settings { count: segment::parts::Count::Exactly(1), seed: 0 },
+    let thickness = scratch.take::<f32>(faces)?;
+    let tree = |e| match e {
+        BvhError::Scratch(e) => UnwrapError::Scratch(e),
+        _ => UnwrapError::BadTree,
     };
-    partition(label, diameter, working.mesh(), working.twin, &settings, bvh, scratch.frame(), workers).map_err(
-        |e| match e {
-            BvhError::Scratch(e) => UnwrapError::Scratch(e),
-            _ => UnwrapError::BadTree,
-        },
-    )?;
+    match source {
+        Source::Shape(settings) => {
+            let (mesh, twin) = (working.mesh(), working.twin);
+            partition(label, thickness, mesh, twin, &settings, bvh, scratch.frame(), workers).map_err(tree)?;
+        }
+        Source::Labels(_) => cast(thickness, &working, bvh, scratch.frame(), workers).map_err(tree)?,
+    }
     let Parts { part, diameter: polygon_diameter } = out;
     let count = match source {
         Source::Shape(_) => {
@@ -82,7 +85,7 @@ pub fn parts_of_polygons(
         }
         Source::Labels(given) => rank(part, given, scratch.frame())?,
     };
-    of_polygons(polygon_diameter, diameter, &working);
+    of_polygons(polygon_diameter, thickness, &working);
     fill_dropped(part, input, &working, scratch.frame())?;
     let found = (0..faces).filter(|f| part[working.polygon[*f] as usize] != NONE);
     let mesh = working.mesh();
@@ -92,12 +95,27 @@ pub fn parts_of_polygons(
         let area = mesh.area_vector(f);
         let [a, b, c] = working.faces[f].map(|v| working.positions[v as usize]);
         let place = (a + b + c) / 3.0;
-        Face { part: seen[f], area: 0.5 * real::sqrt(area.dot(area)), diameter: f64::from(diameter[f]), place }
+        Face { part: seen[f], area: 0.5 * real::sqrt(area.dot(area)), diameter: f64::from(thickness[f]), place }
     };
     let listed = (0..faces).filter(|f| seen[*f] as usize <= count).map(face);
     let parts = order_parts(part, count, listed, scratch.frame())?;
     report(progress, Stage::Parts, 1, 1)?;
     Ok(parts)
+}
+
+/// The shape diameter alone, as [`partition`] finds it.
+fn cast(
+    out: &mut [f32], // (f)
+    working: &Working,
+    bvh: &dyn BuildBvh,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), BvhError> {
+    let positions = scratch.take::<Vec3>(working.positions.len())?;
+    positions.iter_mut().zip(working.positions).for_each(|(p, q)| *p = q.as_vec3());
+    let scene = Scene::new(positions, working.faces, bvh, &mut scratch)?;
+    diameter(out, working.mesh(), working.twin, &scene, &DiameterSettings::default(), scratch, workers)?;
+    Ok(())
 }
 
 /// The label that covers most of each polygon; [`NONE`] for those without a face.
