@@ -80,7 +80,8 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
                 continue;
             }
             if high - low <= LEAF {
-                (low..high).for_each(|i| found.offer(self.order[i], distance::<T, D>(&self.points[i * D..], at), except));
+                (low..high)
+                    .for_each(|i| found.offer(self.order[i], distance::<T, D>(&self.points[i * D..], at), except));
                 continue;
             }
             let middle = low.midpoint(high);
@@ -101,7 +102,8 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
 impl<T: Float, const K: usize> Found<T, K> {
     fn offer(&mut self, index: u32, distance: T, except: Option<u32>) {
         let last = K - 1;
-        let is_before = |i: usize, of: &Self| distance < of.distance[i] || distance <= of.distance[i] && index < of.index[i];
+        let is_before =
+            |i: usize, of: &Self| distance < of.distance[i] || distance <= of.distance[i] && index < of.index[i];
         if !is_before(last, self) || except == Some(index) {
             return;
         }
@@ -177,7 +179,8 @@ mod tests {
         check::<2>(&spread, f32::INFINITY);
         check::<2>(&spread, 1e-3);
         // A lattice has many equal distances; a cluster with an outlier defeats grids.
-        let lattice: Vec<f32> = (0..600).map(|i| if i % 2 == 0 { (i / 2 % 20) as f32 } else { (i / 40) as f32 }).collect();
+        let lattice: Vec<f32> =
+            (0..600).map(|i| if i % 2 == 0 { (i / 2 % 20) as f32 } else { (i / 40) as f32 }).collect();
         check::<2>(&lattice, f32::INFINITY);
         let mut cluster: Vec<f32> = spread.iter().map(|x| x * 1e-6).collect();
         cluster[7] = 1e6;

@@ -76,7 +76,15 @@ impl Float for f32 {
         }
     }
 
-    fn fill_rows(path: Path, rows: &mut [f32], columns: usize, depth: usize, a: Matrix<f32>, packed: &[f32], zero: bool) {
+    fn fill_rows(
+        path: Path,
+        rows: &mut [f32],
+        columns: usize,
+        depth: usize,
+        a: Matrix<f32>,
+        packed: &[f32],
+        zero: bool,
+    ) {
         match path {
             #[cfg(target_arch = "x86_64")]
             Path::Avx2 | Path::Avx512 => super::x86::fill_rows(path, rows, columns, depth, a, packed, zero),

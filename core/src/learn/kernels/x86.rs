@@ -27,7 +27,15 @@ pub(super) fn panel(path: Path) -> usize {
 }
 
 /// See [`super::Float::fill_rows`]. Panics where the machine lacks the instructions.
-pub(super) fn fill_rows(path: Path, rows: &mut [f32], columns: usize, depth: usize, a: Matrix<f32>, packed: &[f32], begins_at_zero: bool) {
+pub(super) fn fill_rows(
+    path: Path,
+    rows: &mut [f32],
+    columns: usize,
+    depth: usize,
+    a: Matrix<f32>,
+    packed: &[f32],
+    begins_at_zero: bool,
+) {
     assert!(has(path), "the machine has no {path:?}");
     assert!(packed.len() >= columns.next_multiple_of(panel(path)) * depth);
     // SAFETY: the instructions are there, as just found, and the packed panels are complete.
@@ -154,5 +162,27 @@ macro_rules! path {
     };
 }
 
-path!(wide256, "avx2,fma", 8, 2, __m256, _mm256_setzero_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_set1_ps, _mm256_fmadd_ps);
-path!(wide512, "avx512f", 16, 4, __m512, _mm512_setzero_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_set1_ps, _mm512_fmadd_ps);
+path!(
+    wide256,
+    "avx2,fma",
+    8,
+    2,
+    __m256,
+    _mm256_setzero_ps,
+    _mm256_loadu_ps,
+    _mm256_storeu_ps,
+    _mm256_set1_ps,
+    _mm256_fmadd_ps
+);
+path!(
+    wide512,
+    "avx512f",
+    16,
+    4,
+    __m512,
+    _mm512_setzero_ps,
+    _mm512_loadu_ps,
+    _mm512_storeu_ps,
+    _mm512_set1_ps,
+    _mm512_fmadd_ps
+);

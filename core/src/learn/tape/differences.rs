@@ -24,8 +24,14 @@ fn evaluate(case: &Case, values: &mut [f64]) -> Evaluated {
     let mut gradients = vec![f64::NAN; values.len()];
     let mut bytes = vec![0; case.tape.scratch_need::<f64>()];
     let scratch = Scratch::new(&mut bytes);
-    let mut run =
-        Replay { values, gradients: &mut gradients, indices: &mut indices, scratch, path: Path::Plain, workers: &Serial };
+    let mut run = Replay {
+        values,
+        gradients: &mut gradients,
+        indices: &mut indices,
+        scratch,
+        path: Path::Plain,
+        workers: &Serial,
+    };
     case.tape.forward(&mut run, 1).unwrap();
     let weight = |i: usize| 1.0 + 0.3 * (i * 7 % 5) as f64;
     let sum = case.y.of(run.values).iter().enumerate().map(|(i, y)| y * weight(i)).sum();
@@ -43,7 +49,10 @@ fn backward_of_every_operation_agrees_with_central_differences() {
         let mut values = vec![0.0; case.tape.value_count()];
         for (k, p) in case.parameters.iter().enumerate() {
             let stream = (number * 10 + k) as u64;
-            p.of_mut(&mut values).iter_mut().enumerate().for_each(|(i, x)| *x = unit_f64(5, stream, i as u64) * 2.0 - 0.9);
+            p.of_mut(&mut values)
+                .iter_mut()
+                .enumerate()
+                .for_each(|(i, x)| *x = unit_f64(5, stream, i as u64) * 2.0 - 0.9);
         }
         let at = evaluate(case, &mut values.clone());
         let mut moved = false;
@@ -65,7 +74,8 @@ fn backward_of_every_operation_agrees_with_central_differences() {
 #[test]
 fn the_table_has_every_operation_that_passes_gradients() {
     let named: BTreeSet<&str> = cases().iter().map(|case| case.operation).collect();
-    let recorded: BTreeSet<&str> = cases().iter().flat_map(|case| case.tape.operations().map(Op::name).collect::<Vec<_>>()).collect();
+    let recorded: BTreeSet<&str> =
+        cases().iter().flat_map(|case| case.tape.operations().map(Op::name).collect::<Vec<_>>()).collect();
     assert_eq!(named, recorded, "a case contains the operation that it names and no other");
     // Scale is a measure: it passes no gradient, which its own test shows.
     let missing: Vec<&&str> = OPERATIONS.iter().filter(|name| !named.contains(**name) && **name != "Scale").collect();

@@ -126,11 +126,7 @@ fn bent<T: Float>(d: T) -> (T, T) {
 }
 
 /// Sum over faces of w f(J, 1/s), in order; 0 for a map without area.
-fn sum<T: Float>(
-    [x, rest, scale]: [&[T]; 3],
-    faces: &[u32],
-    mut term: impl FnMut([[T; 2]; 2], T) -> T,
-) -> f64 {
+fn sum<T: Float>([x, rest, scale]: [&[T]; 3], faces: &[u32], mut term: impl FnMut([[T; 2]; 2], T) -> T) -> f64 {
     let inverse = T::ONE / scale[0];
     if !inverse.wide().is_finite() {
         return 0.0;

@@ -17,13 +17,13 @@ mod difference_cases;
 mod differences;
 mod distortion;
 mod eigenvalues;
+mod means;
 mod nearest;
 mod normalise;
 mod repel;
 mod replay_tests;
 mod seam;
 mod shape;
-mod means;
 
 use super::kernels::{Float, Path};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
@@ -199,8 +199,23 @@ macro_rules! operations {
 }
 
 operations!(
-    Affine, Concat, Add, Slice, Normalise, Nearest, Cosine, Repel, MeanAbs, Eigenvalues, Angles, Reach, Seam,
-    WeightedMean, Scale, Hinge, Barrier
+    Affine,
+    Concat,
+    Add,
+    Slice,
+    Normalise,
+    Nearest,
+    Cosine,
+    Repel,
+    MeanAbs,
+    Eigenvalues,
+    Angles,
+    Reach,
+    Seam,
+    WeightedMean,
+    Scale,
+    Hinge,
+    Barrier
 );
 
 /// A recorded graph.

@@ -44,9 +44,8 @@ pub(super) fn ends_of<T: Float>(x: &[T], columns: usize, c: usize) -> (usize, us
 /// Centre of the box whose ends are given, and 1 / radius, 0 where there is none.
 fn frame<T: Float>(x: &[T], ends: &[u32]) -> ([T; 2], T) {
     let half = T::of(0.5);
-    let centre: [T; 2] = core::array::from_fn(|c| {
-        (x[ends[2 * c] as usize * 2 + c] + x[ends[2 * c + 1] as usize * 2 + c]) * half
-    });
+    let centre: [T; 2] =
+        core::array::from_fn(|c| (x[ends[2 * c] as usize * 2 + c] + x[ends[2 * c + 1] as usize * 2 + c]) * half);
     let radius = sqrt(distance(x, ends[4] as usize, centre));
     (centre, if radius > T::ZERO { T::ONE / radius } else { T::ZERO })
 }
