@@ -39,6 +39,10 @@ pub struct Input<'a> {
     pub normals: &'a [f32],
     /// Corners (faces, 3).
     pub faces: &'a [u32],
+    /// Those of the faces that the losses of triangles look at (any number, 3): all, or all but what is torn.
+    pub smooth: &'a [u32],
+    /// UVs that [`Loss::Target`] pulls to (vertices, 2), or nothing where it is off.
+    pub target: &'a [f32],
     /// Exposure (vertices), 1 = open.
     pub exposure: &'a [f32],
 }
@@ -235,7 +239,8 @@ pub fn train(
     frame.apply(positions, input.positions);
     let ring = memory.take_unset::<u32>(vertices * SEAM_NEIGHBOURS)?;
     rings(ring, positions, input.faces, &mut memory)?;
-    let mesh = Mesh { positions, normals: input.normals, exposure: input.exposure, faces: input.faces, ring };
+    let Input { normals, exposure, smooth: faces, target, .. } = input;
+    let mesh = Mesh { positions, normals, exposure, faces, ring, target };
 
     let Output { q, scores, weights, curve } = output;
     let mut summary = descend(weights, curve, &mesh, settings, path, workers, watch, &mut memory)?;
@@ -258,6 +263,22 @@ fn check(output: &Output, input: &Input, settings: &Settings) -> Result<(), Trai
     is_whole("weights", output.weights.len(), settings.widths.parameter_count())?;
     if vertices == 0 || settings.widths.hidden == 0 || settings.widths.code == 0 {
         return Err(TrainError::Empty);
+    }
+    if !input.target.is_empty() || settings.weights.0[Loss::Target as usize] != 0.0 {
+        is_whole("target", input.target.len(), 2 * vertices)?;
+    }
+    if input.smooth.len() % 3 != 0 || input.smooth.len() > input.faces.len() {
+        return Err(TrainError::Length {
+            what: "smooth faces",
+            expected: input.faces.len(),
+            given: input.smooth.len(),
+        });
+    }
+    if let Some(vertex) = input.target.iter().position(|x| !x.is_finite()) {
+        return Err(TrainError::NotFinite { vertex: vertex / 2 });
+    }
+    if let Some(corner) = input.smooth.iter().position(|i| *i as usize >= vertices) {
+        return Err(TrainError::Corner { face: corner / 3 });
     }
     if let Some(corner) = input.faces.iter().position(|i| *i as usize >= vertices) {
         return Err(TrainError::Corner { face: corner / 3 });
