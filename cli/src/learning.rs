@@ -27,8 +27,6 @@ pub struct Trainer {
     pub settings: Settings,
     /// Whether training starts from the exact stages' charts.
     pub start: bool,
-    /// Ways of the hybrid that are on.
-    pub ways: u32,
     /// Maps that are given: nothing is trained.
     pub given: usize,
     /// Frames of the maps.
@@ -55,7 +53,6 @@ struct File {
     first_rate: Option<f64>,
     last_rate: Option<f64>,
     start: Option<bool>,
-    ways: Option<u32>,
     weights: Option<BTreeMap<toml::Spanned<String>, f64>>,
 }
 
@@ -108,14 +105,14 @@ impl Trainer {
             return Err(wrong(0, "weights, rates, spread and margin must be numbers, 0 or more".into()));
         }
         let start = file.start.unwrap_or(preset != "paper");
-        Ok(Self { ways: file.ways.unwrap_or(5), ..Self::with(preset, settings, start) })
+        Ok(Self::with(preset, settings, start))
     }
 
     /// Room for maps of these settings.
     pub fn with(preset: String, settings: Settings, start: bool) -> Self {
         let weights = vec![0.0; MOST * settings.widths.parameter_count()];
         let (frames, curve) = (vec![[[0.0; 3]; 4]; MOST], vec![Sample::default(); SAMPLES]);
-        Self { preset, settings, start, ways: 5, given: 0, frames, weights, curve, summary: Summary::default() }
+        Self { preset, settings, start, given: 0, frames, weights, curve, summary: Summary::default() }
     }
 
     /// As core takes it, before a run.
@@ -123,7 +120,6 @@ impl Trainer {
         Learning {
             settings: self.settings,
             start: self.start,
-            ways: self.ways,
             frames: &mut self.frames,
             weights: &mut self.weights,
             curve: &mut self.curve,

@@ -36,8 +36,6 @@ pub struct Budget {
     pub distortion: f64,
     /// Whether a piece should stay one chart where that can be.
     pub one: bool,
-    /// Whether `cut` holds first cuts already.
-    pub begun: bool,
 }
 
 /// Why the search ended without charts.
@@ -124,9 +122,7 @@ pub fn make_charts(
 ) -> Result<(), SeamError> {
     let faces = surface.mesh.faces.len();
     let large = faces > PROXY_FROM;
-    if budget.begun {
-        disks_again(cut, surface, scratch.frame())?;
-    } else if !large || !cut_by_proxy(cut, surface, budget, scratch.frame(), workers, proceed)? {
+    if !large || !cut_by_proxy(cut, surface, budget, scratch.frame(), workers, proceed)? {
         cut.fill(0);
         cut_to_disks(cut, surface, scratch.frame())?;
     }

@@ -213,3 +213,104 @@ fn lay(uv: &mut [DVec2], t: u32, c: u32, placed: &[u8], usual: &Usual, surface: 
         sound.fold(None, |best: Option<DVec2>, p| if best.is_none_or(|b| gap(p) < gap(b)) { Some(p) } else { best });
     uv[third as usize] = best.unwrap_or(expected);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::atlas::seams::MOLLIFY;
+    use crate::mesh::topology::twins;
+    use crate::mesh::view::MeshView;
+    use glam::DVec3;
+    use std::vec;
+    use std::vec::Vec;
+
+    const SIDE: usize = 12;
+
+    struct Cut {
+        uv: Vec<DVec2>,
+        cut: Vec<u8>,
+        torn: Vec<u8>,
+        done: Torn,
+        charts: usize,
+        flips: usize,
+        twin: Vec<u32>,
+    }
+
+    /// A flat square sheet of SIDE x SIDE vertices, mapped by `map`; `less` bytes too few.
+    fn cut(map: impl Fn(DVec2) -> DVec2, less: usize) -> Result<Cut, ScratchTooSmall> {
+        let at = |i: usize| DVec2::new((i % SIDE) as f64, (i / SIDE) as f64) / (SIDE - 1) as f64;
+        let positions: Vec<DVec3> = (0..SIDE * SIDE).map(|i| at(i).extend(0.0)).collect();
+        let mut faces = Vec::new();
+        for i in (0..SIDE * (SIDE - 1)).filter(|i| i % SIDE + 1 < SIDE) {
+            let [a, b, c, d] = [i, i + 1, i + SIDE, i + SIDE + 1].map(|v| v as u32);
+            faces.extend([[a, b, d], [a, d, c]]);
+        }
+        let mesh = MeshView { positions: &positions, faces: &faces };
+        let mut twin = vec![0; 3 * faces.len()];
+        let mut memory = vec![0u8; 1 << 20];
+        twins(&mut twin, mesh, Scratch::new(&mut memory)).unwrap();
+        let rest: Vec<Rest> = faces.iter().map(|f| Rest::new(f.map(|v| positions[v as usize]), MOLLIFY)).collect();
+        let cost = vec![1.0; twin.len()];
+        let mut kept = Scratch::new(&mut memory);
+        let surface = Surface::new(mesh, &twin, &rest, &cost, &mut kept).unwrap();
+        let q: Vec<DVec2> = (0..SIDE * SIDE).map(|i| map(at(i))).collect();
+        let (mut uv, mut cut, mut torn) = (vec![DVec2::NAN; twin.len()], vec![9; twin.len()], vec![9; faces.len()]);
+        let mut bytes = vec![0; tear_need(faces.len()) - less];
+        let done = tear(&mut uv, &mut cut, &mut torn, &q, &surface, Scratch::new(&mut bytes))?;
+        let (mut chart, mut queue) = (vec![0; faces.len()], vec![0; faces.len()]);
+        let charts = surface.charts(&cut, &mut chart, &mut queue);
+        let flips = uv.chunks_exact(3).filter(|x| (x[1] - x[0]).perp_dot(x[2] - x[0]) <= 0.0).count();
+        Ok(Cut { uv, cut, torn, done, charts, flips, twin })
+    }
+
+    /// Equal UVs across every edge without a cut: what makes cuts and UVs one description.
+    fn agree(cut: &Cut) -> bool {
+        (0..cut.twin.len() as u32).filter(|c| cut.twin[*c as usize] != NONE && cut.cut[*c as usize] == 0).all(|c| {
+            let t = cut.twin[c as usize];
+            cut.uv[c as usize] == cut.uv[next(t) as usize] && cut.uv[next(c) as usize] == cut.uv[t as usize]
+        })
+    }
+
+    #[test]
+    fn a_map_that_does_not_tear_stays_as_it_is() {
+        let whole = cut(|p| p * 3.0, 0).unwrap();
+        assert_eq!((whole.done, whole.charts, whole.flips), (Torn::default(), 1, 0));
+        assert!(whole.cut.iter().all(|c| *c == 0) && whole.uv[1].x > 0.0 && agree(&whole));
+        // Seen from inside, it is turned over.
+        let mirrored = cut(|p| DVec2::new(-p.x, p.y), 0).unwrap();
+        assert_eq!((mirrored.done.faces, mirrored.charts, mirrored.flips), (0, 1, 0));
+    }
+
+    #[test]
+    fn a_tear_becomes_a_cut_through_its_middle_and_no_face_is_flipped() {
+        // Everything right of the sixth column is moved away: the 22 faces between are stretched.
+        let two = cut(|p| if p.x > 0.5 { p + DVec2::X * 5.0 } else { p }, 0).unwrap();
+        assert_eq!((two.done.faces, two.done.folded, two.charts, two.flips), (22, 0, 2, 0));
+        assert!(agree(&two));
+        let width: f64 =
+            two.uv.chunks_exact(3).map(|x| x[0].distance(x[1]).max(x[1].distance(x[2]))).fold(0.0, f64::max);
+        assert!(width < 1.5 / (SIDE - 1) as f64 * 2f64.sqrt(), "torn faces have their usual size: {width}");
+    }
+
+    #[test]
+    fn a_fold_is_opened_and_its_faces_are_counted() {
+        // The right third is folded back over the middle: 3 columns of 22 faces have the other sign.
+        let folded = cut(|p| DVec2::new(if p.x > 0.7 { 1.45 - p.x } else { p.x }, p.y), 0).unwrap();
+        assert!(folded.done.folded >= 3 * 22 && folded.done.faces >= folded.done.folded, "{:?}", folded.done);
+        assert!(folded.flips == 0 && agree(&folded));
+        assert_eq!(folded.torn.iter().filter(|t| **t != 0).count(), folded.done.faces);
+    }
+
+    #[test]
+    fn a_map_without_area_still_gives_every_face_a_uv() {
+        for map in [|_: DVec2| DVec2::ZERO, |p: DVec2| DVec2::new(p.x, 0.0)] {
+            let flat = cut(map, 0).unwrap();
+            assert!(flat.flips == 0 && agree(&flat) && flat.uv.iter().all(|x| x.is_finite()));
+        }
+    }
+
+    #[test]
+    fn a_byte_too_few_is_refused() {
+        assert!(cut(|p| p, 1).is_err());
+    }
+}

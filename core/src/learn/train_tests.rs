@@ -38,7 +38,7 @@ fn sheet(side: usize) -> Sheet {
     Sheet { positions, normals, faces, exposure }
 }
 
-const SMALL: Settings = Settings { widths: Widths { hidden: 16, code: 4 }, steps: 300, batch: 0, ..Settings::STANDARD };
+const SMALL: Settings = Settings { widths: Widths { hidden: 16, code: 4 }, steps: 300, batch: 0, ..Settings::PAPER };
 
 struct Result {
     q: Vec<f32>,

@@ -3,7 +3,9 @@
 //! `neural`: a piece is trained from its points, normals and exposure (see `learn::train`), starting from a map that is one to
 //! one: the exact stages' charts of the piece, side by side, of which each vertex takes the UV of its widest wedge. The trained
 //! map is evaluated at every vertex, cut where it tears (`atlas::tears`) and packed. What then overlaps is counted, not mended.
-//! `hybrid`: the piece is trained from random weights, and its seams are given to the exact stages; every guarantee is theirs.
+//! `hybrid`: each piece is made by the exact stages; a network is trained from that start, and where its map has seams a cut
+//! costs less: the exact stages run again on these costs. Of both results the one whose cuts cost less without the rebate is
+//! kept, if it holds the bound as well. Every guarantee is that of the exact stages.
 //! Pieces of few vertices, and all but the [`MOST`] largest, are made by the exact stages.
 //! Without weight on visibility, `neural` is blind to exposure from the start on.
 
@@ -47,8 +49,6 @@ pub struct Learning<'a> {
     pub settings: train::Settings,
     /// Whether training starts from the exact stages' charts.
     pub start: bool,
-    /// Ways of the hybrid that are on.
-    pub ways: u32,
     /// The frame of each map, the largest piece's first. Given maps are used as they are: nothing is trained.
     pub frames: &'a mut [Frame3], // (MOST)
     /// Their weights, one after the other.
@@ -175,28 +175,19 @@ pub(super) fn hybrid(
         for (c, out) in cost.iter_mut().enumerate() {
             let ends = [c as u32, next(c as u32)].map(|c| scores[surface.mesh.vertex(c) as usize]);
             let seam = f64::from(ends[0] + ends[1]) * 0.5;
-            let factor = if learning.ways & 1 != 0 { 1.0 - SAVED * seam } else { 1.0 };
-            *out = surface.cost[c] * factor;
+            *out = surface.cost[c] * (1.0 - SAVED * seam);
         }
         let other_uv = frame.take::<DVec2>(corners.len())?;
         let other_cut = frame.take::<u8>(corners.len())?;
         let guided = Surface { cost, ..surface };
-        let mut budget = scene.budget;
-        if learning.ways & 2 != 0 {
-            let points = frame.take::<DVec2>(n)?;
-            points.iter_mut().zip(q.chunks_exact(2)).for_each(|(p, q)| *p = DVec2::new(q[0].into(), q[1].into()));
-            let torn = frame.take::<u8>(surface.mesh.faces.len())?;
-            tear(other_uv, other_cut, torn, points, &surface, frame.frame())?;
-            budget.begun = true;
-        }
-        make_charts(other_uv, other_cut, &guided, budget, frame.frame(), scene.workers, &mut || {
+        make_charts(other_uv, other_cut, &guided, scene.budget, frame.frame(), scene.workers, &mut || {
             progress.report(Stage::Seams, *p as usize, total).is_continue()
         })?;
-        let seen = |cut: &[u8]| (0..cut.len()).filter(|c| cut[*c] != 0).map(|c| surface.cost[c]).sum::<f64>();
-        let misses = |uv: &[DVec2]| (distortion(uv, surface.rest) - scene.budget.distortion).max(0.0);
-        let before = (misses(other_uv), seen(other_cut));
-        let is_better = before.0 < misses(uv) || before.0 == misses(uv) && before.1 < seen(cut);
-        if learning.ways & 4 == 0 || is_better {
+        // Judged by what the exact method pays, not by the price that the guide has lowered.
+        let paid = |cut: &[u8]| (0..cut.len()).filter(|c| cut[*c] != 0).map(|c| surface.cost[c]).sum::<f64>();
+        let missed = |uv: &[DVec2]| (distortion(uv, surface.rest) - scene.budget.distortion).max(0.0);
+        let (before, after) = ([missed(uv), paid(cut)], [missed(other_uv), paid(other_cut)]);
+        if after < before {
             uv.copy_from_slice(other_uv);
             cut.copy_from_slice(other_cut);
         }
