@@ -9,8 +9,10 @@
 
 use super::surface::Surface;
 use crate::base::heap::Heap;
+use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::union_find::UnionFind;
+use crate::mesh::loops::next_on_border;
 use crate::mesh::view::{MeshView, NONE, next};
 use glam::DVec3;
 
@@ -192,12 +194,7 @@ fn border_loops(loops: &mut [u32], surface: &Surface) -> usize {
         let mut at = c;
         loop {
             loops[surface.mesh.vertex(at) as usize] = count;
-            // The next border half-edge leaves the far end: turn clockwise around it.
-            let mut out = next(at);
-            while surface.twin[out as usize] != NONE {
-                out = next(surface.twin[out as usize]);
-            }
-            at = out;
+            at = next_on_border(surface.twin, at);
             if at == c || loops[surface.mesh.vertex(at) as usize] == count {
                 break;
             }
@@ -236,7 +233,8 @@ fn find_tips(
         far.fill(NONE);
         for v in 0..n {
             let best = &mut far[component[v] as usize];
-            if distance[v].is_finite() && (*best == NONE || distance[v] > distance[*best as usize]) {
+            let is_farther = |than: u32| for_decision(distance[v]) > for_decision(distance[than as usize]);
+            if distance[v].is_finite() && (*best == NONE || is_farther(*best)) {
                 *best = v as u32;
             }
         }
@@ -246,6 +244,7 @@ fn find_tips(
             far.iter().for_each(|v| tip[*v as usize] = 1);
         }
     }
+    mean.iter_mut().for_each(|m| *m = for_decision(*m));
     // A tip has the largest mean distance of all vertices within a radius.
     let largest = scratch.take::<f64>(count)?;
     let smallest = scratch.take_filled::<f64>(count, f64::INFINITY)?;

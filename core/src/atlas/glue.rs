@@ -3,15 +3,16 @@
 //! Splits against overlap leave small charts behind, and what did not fit on one side of an old cut often fits on the
 //! other. The small chart is laid beside its neighbour by the best rigid motion of the shared seam, takes the neighbour's
 //! points there, and is relaxed with those held; the neighbour does not move. It stays where no face overlaps and its own
-//! distortion is within bounds.
+//! distortion is within bounds. Where each piece should be one chart, charts of any size are tried.
 //! Guarantee: two disks glued along one run of edges are one disk; no flip, no overlap. Cost: a pass over the neighbour's
 //! faces a trial; trials are bounded.
 
 use super::charts::Charts;
 use super::relax::{Piece, Stop, relax, relax_need};
 use super::surface::Surface;
-use crate::base::real::sqrt;
+use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::Serial;
 use crate::mesh::grid::{GridPoint, grid_bits, interiors_meet};
 use crate::mesh::view::{NONE, next};
 use bytemuck::{Pod, Zeroable};
@@ -25,6 +26,10 @@ const MOST_FACES: usize = 2000;
 const DISTORTION: f64 = 1.15;
 /// Seams that are tried a chart, dearest first.
 const TRIES: usize = 4;
+/// Faces of a chart that is moved at the most, and seams that are tried, where a piece should be one chart.
+const MOST_FACES_FOR_ONE: usize = 20_000;
+/// See [`MOST_FACES_FOR_ONE`].
+const TRIES_FOR_ONE: usize = 16;
 /// Newton steps of a trial.
 const STOP: Stop = Stop { steps: 12, tolerance: 1e-4 };
 
@@ -39,19 +44,22 @@ struct Run {
 
 /// Scratch bytes for [`glue_small`].
 pub fn glue_need(faces: usize) -> usize {
-    let small = faces.min(MOST_FACES);
+    let small = faces.min(MOST_FACES_FOR_ONE);
     5 * bytes_for::<u32>(faces + 2) + 2 * bytes_for::<u32>(3 * faces) + small * 400 + relax_need(small + 2, small, 0)
 }
 
 /// Glues small charts to neighbours, the smallest first; returns how many. `changed` marks the faces of charts that took
-/// one.
+/// one. With `one`, charts of any size.
 pub fn glue_small(
     uv: &mut [DVec2],
     cut: &mut [u8],
     changed: &mut [u8],
     surface: &Surface,
+    one: bool,
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
+    let (largest, most_faces, tries) =
+        if one { (1.0, MOST_FACES_FOR_ONE, TRIES_FOR_ONE) } else { (LARGEST, MOST_FACES, TRIES) };
     let faces = surface.mesh.faces.len();
     let charts = Charts::new(surface, cut, &mut scratch)?;
     let total: f64 = surface.rest.iter().map(|r| r.area).sum();
@@ -59,8 +67,8 @@ pub fn glue_small(
     let order = scratch.take::<[u64; 2]>(charts.count())?;
     let mut len = 0;
     for k in 0..charts.count() {
-        let a = area(k);
-        if a <= LARGEST * total && charts.faces_of(k).len() <= MOST_FACES {
+        let a = for_decision(area(k));
+        if a <= largest * total && charts.faces_of(k).len() <= most_faces {
             order[len] = [a.to_bits(), k as u64];
             len += 1;
         }
@@ -79,7 +87,7 @@ pub fn glue_small(
         if took[k] != 0 {
             continue;
         }
-        let into = try_chart(uv, cut, k, &charts, now, local, surface, scratch.frame())?;
+        let into = try_chart(uv, cut, k, &charts, now, local, tries, surface, scratch.frame())?;
         if let Some(into) = into {
             now[k] = into;
             took[into as usize] = 1;
@@ -99,6 +107,7 @@ fn try_chart(
     charts: &Charts,
     now: &[u32],
     local: &mut [u32],
+    tries: usize,
     surface: &Surface,
     mut scratch: Scratch,
 ) -> Result<Option<u32>, ScratchTooSmall> {
@@ -125,13 +134,13 @@ fn try_chart(
     let count = find_runs(runs, border, cut, k as u32, &home, surface);
     let runs = &mut runs[..count];
     runs.sort_unstable_by(|a, b| b.saved.total_cmp(&a.saved).then(a.first.cmp(&b.first)));
-    for run in runs.iter().take(TRIES) {
+    for run in runs.iter().take(tries) {
         let run: Run = *run;
         let edge = |i: u32| border[((run.first + i) as usize) % border.len()];
         let into = home(surface.twin[edge(0) as usize] / 3);
-        let mut trial = Trial::new(uv, cut, faces, local, surface, &mut scratch)?;
-        let fits =
-            trial.fit(uv, run.count, &edge, surface, scratch.frame())? && !trial.overlaps(uv, charts, &home, into);
+        let mut frame = scratch.frame();
+        let mut trial = Trial::new(uv, cut, faces, local, surface, &mut frame)?;
+        let fits = trial.fit(uv, run.count, &edge, surface, frame.frame())? && !trial.overlaps(uv, charts, &home, into);
         if fits {
             trial.write(uv);
             (0..run.count).for_each(|i| surface.set_cut(cut, edge(i), false));
@@ -279,7 +288,7 @@ impl<'t> Trial<'t> {
         }
         let at: &[DVec3] = &[];
         let piece = Piece { triangles, rest: self.rest, free: free as usize, at, springs: &[] };
-        let done = relax(y, &piece, STOP, scratch)?;
+        let done = relax(y, &piece, STOP, scratch, &Serial)?;
         for (x, p) in self.x.iter_mut().zip(place.iter()) {
             *x = y[*p as usize];
         }

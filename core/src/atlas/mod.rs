@@ -1,5 +1,6 @@
 //! Atlas: cuts, flattening, seams, packing.
 
+pub mod apart;
 pub mod charts;
 pub mod compact;
 pub mod cut;
@@ -11,6 +12,7 @@ pub mod pieces;
 pub mod proxy;
 pub mod relax;
 pub mod seams;
+pub mod settle;
 pub mod slide;
 pub mod snap;
 pub mod sparse;

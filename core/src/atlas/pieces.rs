@@ -146,11 +146,14 @@ impl<'a> Pieces<'a> {
         Surface { mesh, twin, rest, cost, start: &[], corners: &[] }
     }
 
-    /// Pairs of nodes that stand across from each other at the cuts of piece `p`; `cut` and `node` have one entry a
-    /// corner of all pieces.
-    pub fn slits<'s>(&'s self, p: usize, cut: &'s [u8], node: &'s [u32]) -> impl Iterator<Item = (u32, u32)> + 's {
+    /// The two pairs of nodes that stand across from each other at each edge that is cut in piece `p`; `cut` and `node` have
+    /// one entry a corner of all pieces.
+    pub fn slits<'s>(&'s self, p: usize, cut: &'s [u8], node: &'s [u32]) -> impl Iterator<Item = [(u32, u32); 2]> + 's {
         let first = self.corners(p).start as u32;
-        self.corners(p).filter(|slot| cut[*slot] != 0 && self.twin[*slot] != NONE).flat_map(move |slot| {
+        let is_slit = move |slot: &usize| {
+            cut[*slot] != 0 && self.twin[*slot] != NONE && (*slot as u32) < self.twin[*slot] + first
+        };
+        self.corners(p).filter(is_slit).map(move |slot| {
             let (c, t) = (slot as u32, self.twin[slot] + first);
             [(node[c as usize], node[next(t) as usize]), (node[next(c) as usize], node[t as usize])]
         })

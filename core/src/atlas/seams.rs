@@ -19,7 +19,7 @@ use super::slide::Slides;
 use super::split::split_overlaps;
 use super::surface::Surface;
 use super::transfer::{transfer, transfer_need};
-use crate::base::real::sqrt;
+use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
 use crate::mesh::collapse::Collapse;
@@ -66,7 +66,7 @@ const SPEND: f64 = 0.9;
 /// Added to every edge length of a rest shape, in units of the mesh's largest side: gives flat faces a shape.
 pub const MOLLIFY: f64 = 1e-9;
 /// A face below this share of the mean area has none to speak of.
-const FLAT: f64 = 1e-9;
+pub const FLAT: f64 = 1e-9;
 /// Paths that a round of extension adds at the most: more where the distortion is above the goal by more than [`FAR`] times
 /// what the goal allows, so that tight bounds are reached within the rounds.
 const PATHS: usize = 3;
@@ -86,6 +86,8 @@ const GLUINGS: usize = 2;
 const SPLITS: usize = 60;
 /// Newton steps of a round: the map need not be at rest before the next cut is chosen.
 const ROUND_STOP: Stop = Stop { steps: 5, tolerance: 1e-4 };
+/// Below this share of the distortion before, a full relaxation has found charts that were far from rest.
+const AT_REST: f64 = 0.99;
 /// Newton steps of the first flattening.
 const FIRST_STOP: Stop = Stop { steps: 60, tolerance: 1e-3 };
 
@@ -142,7 +144,13 @@ pub fn make_charts(
         changed.fill(0);
         let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { PATHS };
         if extend(cut, changed, uv, surface, paths, 0.5, scratch.frame())? == 0 {
-            break;
+            // Nothing is left to cut: what is distorted may only be far from rest.
+            changed.fill(1);
+            relax_changed(uv, cut, changed, surface, FIRST_STOP, scratch.frame(), workers)?;
+            if distortion(uv, surface.rest) > AT_REST * now {
+                break;
+            }
+            continue;
         }
         relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
     }
@@ -152,7 +160,7 @@ pub fn make_charts(
     }
     for _ in 0..GLUINGS {
         changed.fill(0);
-        if glue_small(uv, cut, changed, surface, scratch.frame())? == 0 {
+        if glue_small(uv, cut, changed, surface, budget.one, scratch.frame())? == 0 {
             break;
         }
         relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
@@ -279,7 +287,7 @@ fn flatten(
 
 /// Parts each chart that has a bad face into two of about equal numbers of faces; marks the faces of those charts and
 /// returns how many charts it parted. A chart of one polygon stays whole.
-fn halve(
+pub fn halve(
     cut: &mut [u8],
     changed: &mut [u8],
     surface: &Surface,
@@ -437,7 +445,7 @@ pub fn extend(
         let l = surface.length(c);
         length[v] = length[from] + l;
         along[v] = along[from] + l * 0.5 * (density[v] + density[from]);
-        score[v] = along[v] * length[v] / paths.cost[v].max(1e-300);
+        score[v] = for_decision(along[v] * length[v] / paths.cost[v].max(1e-300));
     }
     let order = &mut order[..len];
     order.sort_unstable_by(|a, b| score[*b as usize].total_cmp(&score[*a as usize]).then(a.cmp(b)));

@@ -6,8 +6,11 @@
 //! lay one over the other.
 //! Limit: a sliver inside a knot of slivers may find no place; the caller counts what is left.
 
+use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::union_find::UnionFind;
 use crate::mesh::grid::{GridPoint, doubled_area};
+use glam::DVec2;
 
 /// Farthest that a node is moved, in steps.
 const REACH: i32 = 6;
@@ -21,6 +24,20 @@ pub const fn straighten_need(nodes: usize, faces: usize) -> usize {
     bytes_for::<u32>(nodes + 2) + bytes_for::<u32>(3 * faces)
 }
 
+/// Step of the grid on which packing sees charts of this `area` on a texture of `size` texels: about a 16th of a texel, so
+/// that what it finds does not hang on the last bits of a UV. A 64th is too fine for that after files of 9 digits, a 4th
+/// shows in the padding. 0 where there is no area.
+pub fn packing_step(area: f64, size: u32) -> f64 {
+    let step = sqrt(area) / f64::from(size.max(1)) / 16.0;
+    // The power of two below: scaling by it rounds nothing.
+    if step.is_normal() { f64::from_bits(step.to_bits() & !((1 << (f64::MANTISSA_DIGITS - 1)) - 1)) } else { 0.0 }
+}
+
+/// Area of all faces in UV; `uv` stands at corners.
+pub fn uv_area(uv: &[DVec2]) -> f64 {
+    0.5 * uv.chunks_exact(3).map(|t| (t[1] - t[0]).perp_dot(t[2] - t[0]).max(0.0)).sum::<f64>()
+}
+
 /// Puts the copies of a vertex that a cut has parted by hardly anything on one point. `pairs` are nodes on two sides of a
 /// cut.
 pub fn close_slits(points: &mut [GridPoint], pairs: impl Iterator<Item = (u32, u32)>) {
@@ -30,6 +47,40 @@ pub fn close_slits(points: &mut [GridPoint], pairs: impl Iterator<Item = (u32, u
             points[a.max(b) as usize] = points[a.min(b) as usize];
         }
     }
+}
+
+/// Marks the faces of charts that are no disks in the eyes of a reader who takes two nodes of one vertex at one place for
+/// one: a slit right across a flat ring, say, whose sides lie on each other. `slits` are the two node pairs of each edge that
+/// is cut, `chart` has the chart of each face, `joined` an entry a node, `excess` one a chart. Returns how many faces.
+pub fn mark_rejoined(
+    failing: &mut [u8], // (f)
+    joined: &mut [u32],
+    excess: &mut [i32],
+    points: &[GridPoint],
+    nodes: &[[u32; 3]], // (f)
+    chart: &[u32],      // (f)
+    chart_of_node: &mut [u32],
+    slits: impl Iterator<Item = [(u32, u32); 2]>,
+) -> usize {
+    // V - E + F of a disk is 1; each node that another takes in lowers it, each edge raises it.
+    let mut sets = UnionFind::new(joined);
+    nodes.iter().zip(chart).for_each(|(f, k)| f.iter().for_each(|n| chart_of_node[*n as usize] = *k));
+    for pairs in slits {
+        let chart = chart_of_node[pairs[0].0 as usize];
+        let meet = |(a, b): (u32, u32)| chart_of_node[b as usize] == chart && points[a as usize] == points[b as usize];
+        if pairs.into_iter().all(meet) {
+            excess[chart as usize] += 1;
+        }
+        for (a, b) in pairs.into_iter().filter(|p| meet(*p)) {
+            excess[chart as usize] -= i32::from(sets.union(a, b));
+        }
+    }
+    let mut count = 0;
+    for (mark, k) in failing.iter_mut().zip(chart) {
+        *mark = u8::from(excess[*k as usize] != 0);
+        count += usize::from(*mark);
+    }
+    count
 }
 
 /// Moves nodes until every face is counter-clockwise; returns how many are not in the end.
@@ -118,6 +169,46 @@ mod tests {
         let faces = [[0, 1, 3], [0, 3, 2], [3, 1, 2]];
         assert_eq!(settled(&mut points, &faces), 0);
         assert!(faces.iter().all(|f| doubled_area(&f.map(|i| points[i as usize])) > 0));
+    }
+
+    #[test]
+    fn a_ring_whose_slit_has_closed_is_told_from_a_slit_that_ends_inside() {
+        // A square ring of four quadrilaterals slit at the nodes 0, 1 (inner, outer), whose copies are 8 and 9.
+        let at = |x, y| GridPoint::new(x, y);
+        let mut points =
+            [at(1, 1), at(0, 0), at(2, 1), at(3, 0), at(2, 2), at(3, 3), at(1, 2), at(0, 3), at(1, 1), at(0, 0)];
+        let nodes: std::vec::Vec<[u32; 3]> =
+            [0, 2, 4, 6].iter().flat_map(|k| [[*k, k + 1, k + 3], [*k, k + 3, k + 2]]).collect();
+        let marked = |points: &[GridPoint], pairs| {
+            let (mut failing, mut joined, mut of_node) = ([0; 8], [0; 10], [0; 10]);
+            mark_rejoined(
+                &mut failing,
+                &mut joined,
+                &mut [0],
+                points,
+                &nodes,
+                &[0; 8],
+                &mut of_node,
+                [pairs].into_iter(),
+            )
+        };
+        assert_eq!(marked(&points, [(0, 8), (1, 9)]), 8);
+        // Open at one end, or open altogether: a disk. The tip of a slit is one node.
+        assert_eq!(marked(&points, [(0, 8), (1, 1)]), 0);
+        points[9] = at(-3, 0);
+        assert_eq!(marked(&points, [(0, 8), (1, 9)]), 8); // the inner ends meet: the hole is closed off
+        points[8] = at(-3, 1);
+        assert_eq!(marked(&points, [(0, 8), (1, 9)]), 0);
+    }
+
+    #[test]
+    fn packing_sees_a_power_of_two_near_a_16th_of_a_texel() {
+        let square = [[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 0.0], [3.0, 3.0], [0.0, 3.0]].map(DVec2::from);
+        assert_eq!((uv_area(&square), packing_step(9.0, 1024)), (9.0, 2.0 / 16384.0));
+        assert_eq!(
+            (packing_step(0.0, 1024), packing_step(f64::NAN, 7), packing_step(f64::INFINITY, 7)),
+            (0.0, 0.0, 0.0)
+        );
     }
 
     #[test]

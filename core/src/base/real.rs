@@ -91,6 +91,33 @@ functions! {
     acos => Acos;
 }
 
+/// Bits of a decision. What Newton's method leaves differs by 1e-6 where a mesh is written with 9 digits instead of 17, so
+/// that with 12 bits one in 250 mirror images does not tie; 6 blur a choice by a percent.
+const DECISION_BITS: u32 = 8;
+/// Bits of a cost or length that is summed along paths; sums of such numbers are exact, and ties are ties. With 16, some
+/// edges of a mesh of 9,000 round otherwise when it is written with 9 digits, and cow gets two charts more; with 10, one
+/// edge in two meshes.
+const COST_BITS: u32 = 10;
+
+/// `x` to 0.2 %: what an arg-max compares, so that rounding that differs from one placing of a mesh to another does not
+/// decide. Infinities and NaN stay.
+#[inline]
+pub fn for_decision(x: f64) -> f64 {
+    to_bits(x, DECISION_BITS)
+}
+
+/// `x` to 0.05 %, see [`for_decision`]: what is summed along a path.
+#[inline]
+pub fn for_cost(x: f64) -> f64 {
+    to_bits(x, COST_BITS)
+}
+
+/// `x` rounded to `bits` bits after the leading one, halves away from zero.
+fn to_bits(x: f64, bits: u32) -> f64 {
+    let dropped = f64::MANTISSA_DIGITS - 1 - bits;
+    if x.is_finite() { f64::from_bits((x.to_bits() + (1 << (dropped - 1))) & !((1 << dropped) - 1)) } else { x }
+}
+
 /// Angle of (x, y) in (-pi, pi].
 #[inline(always)]
 pub fn atan2<T: Real>(y: T, x: T) -> T {
