@@ -14,16 +14,17 @@ use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::view::NONE;
 
-/// Width of the band as a share of the root of the area.
-const WIDTH: f64 = 0.03;
+/// Width of the band as a share of the root of the area. 0.03 leaves pieces of flat wall that 0.06 swallows: a part no
+/// wider than the band and without a crease about it costs more than it holds (cups: Rand error 0.26 and 0.14).
+const WIDTH: f64 = 0.06;
 /// What staying near the old border is worth.
 const PULL: f64 = 0.5;
 /// Radians of inward turn that make an edge cheaper by e.
 const GIVE: f64 = 0.3;
 /// Least cost of an edge, as a share of its length.
 const LEAST: f64 = 0.05;
-/// Rounds of expansion at the most.
-const ROUNDS: usize = 2;
+/// Rounds of expansion at the most; more cost as much again and move little.
+const ROUNDS: usize = 1;
 
 /// Bytes that [`smooth_border`] takes.
 pub const fn smooth_border_need(faces: usize) -> usize {
@@ -65,12 +66,11 @@ pub fn smooth_border(
     let near = dual.sides.iter().filter(|s| is_near(s)).count();
     let edges = scratch.take::<[u32; 2]>(near)?;
     let weight = scratch.take::<i64>(near)?;
-    let mut kept = 0;
-    for (e, sides) in dual.sides.iter().enumerate().filter(|(_, s)| is_near(s)) {
-        edges[kept] = sides.map(|f| place[f as usize]);
+    let band_edges = dual.sides.iter().enumerate().filter(|(_, s)| is_near(s));
+    for ((edge, weight), (e, sides)) in edges.iter_mut().zip(weight.iter_mut()).zip(band_edges) {
+        *edge = sides.map(|f| place[f as usize]);
         let cost = real::exp(dual.turn[e].min(0.0) / GIVE).max(LEAST);
-        weight[kept] = fixed(dual.length[e] / width * cost);
-        kept += 1;
+        *weight = fixed(dual.length[e] / width * cost);
     }
     let old = scratch.take::<u32>(used)?;
     let new = scratch.take::<u32>(used)?;
