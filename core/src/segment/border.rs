@@ -115,3 +115,56 @@ fn depths<'a>(
     out.copy_from_slice(walk.distance);
     Ok(out)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::dual::dual_need;
+    use super::super::parts::tests::{Turned, turned};
+    use super::*;
+    use crate::mesh::view::MeshView;
+    use std::{vec, vec::Vec};
+
+    /// Two drums with a shallow groove between them at height 0.6.
+    fn grooved() -> Turned {
+        turned(&[&[0.5; 6][..], &[0.45], &[0.5; 6]].concat())
+    }
+
+    /// Label 1 for faces above `height`.
+    fn above(shape: &Turned, height: f64) -> Vec<u32> {
+        let z = |f: &[u32; 3]| f.iter().map(|v| shape.positions[*v as usize].z).sum::<f64>() / 3.0;
+        shape.faces.iter().map(|f| u32::from(z(f) > height)).collect()
+    }
+
+    fn run(labels: &mut [u32], shape: &Turned, short: usize) -> Result<(), ScratchTooSmall> {
+        let mesh = MeshView { positions: &shape.positions, faces: &shape.faces };
+        let surface = Surface { mesh, twin: &shape.twin, diameter: &shape.diameter, sees: &|_, _| true };
+        let mut bytes = vec![0; dual_need(labels.len())];
+        let dual = Dual::new(mesh, &shape.twin, &mut Scratch::new(&mut bytes)).unwrap();
+        let mut bytes = vec![0; smooth_border_need(labels.len()) / short];
+        smooth_border(labels, 2, &surface, &dual, Scratch::new(&mut bytes))
+    }
+
+    #[test]
+    fn a_border_beside_a_groove_slides_into_it() {
+        let shape = grooved();
+        let mut labels = above(&shape, 0.7);
+        run(&mut labels, &shape, 1).unwrap();
+        assert_eq!(labels, above(&shape, 0.6));
+    }
+
+    #[test]
+    fn a_border_in_the_groove_stays_and_one_label_has_none() {
+        let shape = grooved();
+        for height in [0.6, 9.0] {
+            let mut labels = above(&shape, height);
+            run(&mut labels, &shape, 1).unwrap();
+            assert_eq!(labels, above(&shape, height));
+        }
+    }
+
+    #[test]
+    fn too_little_memory_is_refused() {
+        let shape = grooved();
+        assert!(run(&mut above(&shape, 0.6), &shape, 10).is_err());
+    }
+}
