@@ -7,13 +7,20 @@
 //! reflection, s1 = q + r, s2 = q - r.
 //! Guarantee: the returned Hessian is positive semi-definite. Limit: F must have a positive determinant.
 
-use crate::base::real::sqrt;
+use crate::base::real::{ln, sqrt};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
 /// Weight of a triangle without area, over that of the shape it is given: enough to hold its orientation, too little to
 /// bend its neighbours.
 const FLAT_WEIGHT: f64 = 1e-3;
+
+/// Weight of ln(det F)^2 in what relaxation lowers. 0 leaves areas a third more distorted than angles; 1 turns that round.
+const AREA: f64 = 0.4;
+/// How far the weights of faces go from area to equal ones. With 0, small faces bear the worst distortion; 13 meshes.
+const EVEN: f64 = 0.5;
+/// Most that a small face's weight may grow: slivers stay light.
+const MOST_GAIN: f64 = 20.0;
 
 /// A triangle's rest shape: corner 0 at the origin, corner 1 on the x axis; `inverse` is the inverse of its edge matrix
 /// (upper triangular: a b / 0 d).
@@ -27,6 +34,15 @@ pub struct Rest {
     pub area: f64,
     /// Its weight in an energy: the area, or a trifle for a triangle that has none.
     pub weight: f64,
+}
+
+/// Moves the weights of faces with area half-way to equal ones. A reader of the atlas sees triangles as well as area, and
+/// fine triangles lie where the shape is rich. The sum stays, but for faces that would gain more than [`MOST_GAIN`].
+pub fn even_out(rest: &mut [Rest]) {
+    let mean = rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64;
+    for r in rest.iter_mut().filter(|r| r.area > 0.0) {
+        r.weight = (1.0 - EVEN) * r.weight + EVEN * mean.min(MOST_GAIN * r.weight);
+    }
 }
 
 impl Rest {
@@ -101,6 +117,20 @@ impl Rest {
         }
     }
 
+    /// What relaxation lowers: psi + AREA ln(det F)^2, infinite where the UV triangle is flipped or flat.
+    #[inline]
+    pub fn objective(&self, x: [DVec2; 3]) -> f64 {
+        let [c0, c1] = self.jacobian(x);
+        let det = c0.perp_dot(c1);
+        if det > 0.0 {
+            let norm = c0.dot(c0) + c1.dot(c1);
+            let log = ln(det);
+            norm * (1.0 + 1.0 / (det * det)) + AREA * log * log
+        } else {
+            f64::INFINITY
+        }
+    }
+
     /// Largest step t in [0, limit] along `p` before the triangle becomes flat: the smallest positive root of
     /// det(F(x + t p)), a quadratic in t.
     #[inline]
@@ -125,8 +155,8 @@ impl Rest {
         if root > 0.0 { root.min(limit) } else { limit }
     }
 
-    /// Gradient (6) and the lower triangle of the projected Hessian (6 x 6, row by row) over the three corners, both times
-    /// the triangle's weight.
+    /// Gradient (6) of [`objective`](Self::objective) and the lower triangle of its projected Hessian (6 x 6, row by row)
+    /// over the three corners, both times the triangle's weight.
     #[inline]
     pub fn derivatives(&self, x: [DVec2; 3]) -> ([f64; 6], [f64; 21]) {
         let [c0, c1] = self.jacobian(x);
@@ -178,6 +208,22 @@ impl Rest {
                     hessian[at] += f * entry;
                     at += 1;
                 }
+            }
+        }
+        // AREA ln(det)^2 by Gauss-Newton: gradient 2 AREA ln(det) e, Hessian 2 AREA e e^T, e the gradient of ln(det).
+        let mut e = [0.0; 6];
+        for i in 0..3 {
+            let v = (DVec2::new(c1.y, -c1.x) * g[i].x + DVec2::new(-c0.y, c0.x) * g[i].y) / det;
+            e[2 * i] = v.x;
+            e[2 * i + 1] = v.y;
+        }
+        let (twice, log) = (2.0 * w * AREA, ln(det));
+        let mut at = 0;
+        for i in 0..6 {
+            gradient[i] += twice * log * e[i];
+            for entry in &e[..=i] {
+                hessian[at] += twice * e[i] * entry;
+                at += 1;
             }
         }
         (gradient, hessian)

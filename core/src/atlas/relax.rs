@@ -192,7 +192,7 @@ pub fn relax_need(nodes: usize, triangles: usize, springs: usize) -> usize {
 pub fn energy(piece: &Piece, x: &[DVec2]) -> f64 {
     let mut sum = 0.0;
     for (t, rest) in piece.triangles.iter().zip(piece.rest) {
-        sum += rest.weight * rest.energy(t.map(|i| x[i as usize]));
+        sum += rest.weight * rest.objective(t.map(|i| x[i as usize]));
     }
     for s in piece.springs {
         let d = x[s.a as usize] - x[s.b as usize];
