@@ -2,7 +2,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use seamwright_core::judge::measure::RESOLUTION;
-use seamwright_core::pipeline;
+use seamwright_core::{pipeline, segment};
 use std::path::PathBuf;
 
 const AFTER_HELP: &str = "\
@@ -24,6 +24,8 @@ pub struct CommandLine {
 pub enum Command {
     /// Give a mesh a UV atlas
     Unwrap(UnwrapArgs),
+    /// Find the parts of a mesh and write a label for each face
+    Segment(SegmentArgs),
     /// Print the figures of UV-mapped OBJ files, whatever tool made them
     Measure(MeasureArgs),
     /// Draw a UV-mapped OBJ file: views, seams, checkerboard, atlas
@@ -46,6 +48,15 @@ pub struct UnwrapArgs {
     /// How the atlas is made.
     #[command(flatten)]
     pub settings: SettingsArgs,
+    /// Cut along the borders of the object's parts: off, auto, a number of parts, or published (see `segment`)
+    #[arg(long, value_name = "N|auto|off", default_value = "off", value_parser = parts_or_off)]
+    pub parts: PartsArg,
+    /// Cut along the borders of these parts: .seg, .json, or a coloured .ply or .glb of the mesh
+    #[arg(long, value_name = "FILE", conflicts_with = "parts")]
+    pub labels: Option<PathBuf>,
+    /// Put each chart of the OBJ in a group named after its part and chart
+    #[arg(long)]
+    pub groups: bool,
     /// Keep the borders of the UVs that the file has as cuts
     #[arg(long)]
     pub keep_seams: bool,
@@ -97,6 +108,41 @@ pub struct RunArgs {
     pub quiet: bool,
 }
 
+/// `segment`.
+#[derive(Debug, Args)]
+pub struct SegmentArgs {
+    /// The mesh (.obj, .ply, .stl, .glb, .gltf)
+    pub mesh: PathBuf,
+    /// What to write, by its ending: .seg (a label a line), .json (labels by face), coloured .ply or .glb
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// How many parts: auto, a number, or published (three clusters of shape diameter and graph cuts)
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = parts)]
+    pub parts: PartsArg,
+    /// Also draw parts and shape diameter
+    #[arg(long, value_name = "OUT.png")]
+    pub sheet: Option<PathBuf>,
+    /// Seed of every random choice
+    #[arg(long, default_value_t = pipeline::Settings::default().seed)]
+    pub seed: u64,
+    /// How it runs.
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// How many parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PartsArg {
+    /// No parts.
+    Off,
+    /// As many as the shape has.
+    Auto,
+    /// This many.
+    Count(u32),
+    /// By the published method with its published numbers.
+    Published,
+}
+
 /// `measure`.
 #[derive(Debug, Args)]
 pub struct MeasureArgs {
@@ -112,6 +158,12 @@ pub struct MeasureArgs {
     /// Exposure rays of each vertex
     #[arg(long, value_name = "COUNT", default_value_t = pipeline::Settings::default().rays, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub rays: u32,
+    /// Say how far the file's charts agree with these partitions (.seg, .json, coloured .ply or .glb), each and on the mean
+    #[arg(long, value_name = "LABELS", num_args = 1..)]
+    pub reference: Vec<PathBuf>,
+    /// Compare this partition with the references in place of the charts
+    #[arg(long, value_name = "FILE", requires = "reference")]
+    pub labels: Option<PathBuf>,
     /// Texels a side at which overlap and utilisation are sampled; 0 leaves them out
     #[arg(long, value_name = "TEXELS", default_value_t = RESOLUTION, value_parser = clap::value_parser!(u32).range(0..=16384))]
     pub resolution: u32,
@@ -203,6 +255,44 @@ impl SettingsArgs {
             seed: self.seed,
         }
     }
+}
+
+impl PartsArg {
+    /// As core takes it; `None` for off.
+    pub fn to_core(self, seed: u64) -> Option<segment::parts::Settings> {
+        let count = match self {
+            PartsArg::Off => return None,
+            PartsArg::Auto => segment::parts::Count::Auto,
+            PartsArg::Count(count) => segment::parts::Count::Exactly(count),
+            PartsArg::Published => segment::parts::Count::PUBLISHED,
+        };
+        Some(segment::parts::Settings { count, seed })
+    }
+
+    /// As on the command line.
+    pub fn name(self) -> String {
+        match self {
+            PartsArg::Off => "off".into(),
+            PartsArg::Auto => "auto".into(),
+            PartsArg::Count(count) => count.to_string(),
+            PartsArg::Published => "published".into(),
+        }
+    }
+}
+
+fn parts(word: &str) -> Result<PartsArg, String> {
+    match word {
+        "auto" => Ok(PartsArg::Auto),
+        "published" => Ok(PartsArg::Published),
+        _ => match word.parse::<u32>() {
+            Ok(count) if count > 0 => Ok(PartsArg::Count(count)),
+            _ => Err("write auto, published or a number of parts, 1 or more".into()),
+        },
+    }
+}
+
+fn parts_or_off(word: &str) -> Result<PartsArg, String> {
+    if word == "off" { Ok(PartsArg::Off) } else { parts(word).map_err(|e| e.replace("write ", "write off, ")) }
 }
 
 /// A bound that something can satisfy.

@@ -25,9 +25,10 @@ pub struct Atlas {
     pub report: Report,
 }
 
-/// Makes the atlas of `loaded`. With `keep_seams` the borders of its own UVs stay cuts.
+/// Makes the atlas of `loaded`, with the borders of `parts` (one a polygon) as cuts where there are any. With `keep_seams` the borders of its own UVs stay cuts.
 pub fn make(
     loaded: &Loaded,
+    parts: Option<&[u32]>,
     keep_seams: bool,
     settings: &Settings,
     workers: &dyn Workers,
@@ -39,6 +40,7 @@ pub fn make(
         corners: &mesh.corners,
         polygon_start: &mesh.polygon_start,
         kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
+        parts,
     };
     let mut atlas = empty(mesh);
     let result = with_enough(unwrap_need(&input, settings, &ObvhsBuilder), |bytes| {
@@ -55,7 +57,7 @@ pub fn make(
 
 /// Runs `work` with `need` bytes, and with twice as many as often as it asks for more. The error is that there are no
 /// more; what else `work` says is handed on, as is a request that more memory does not change.
-fn with_enough<T>(
+pub(crate) fn with_enough<T>(
     mut need: usize,
     mut work: impl FnMut(&mut [u8]) -> Result<T, UnwrapError>,
 ) -> Result<Result<T, UnwrapError>, Failure> {
@@ -89,7 +91,7 @@ fn memory(need: usize) -> Result<Box<[u8]>, Failure> {
     })
 }
 
-fn failure(loaded: &Loaded, error: UnwrapError) -> Failure {
+pub(crate) fn failure(loaded: &Loaded, error: UnwrapError) -> Failure {
     match error {
         UnwrapError::Cancelled => Failure::Stopped,
         UnwrapError::Overlap { .. } => Failure::Unreached(format!(

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::formats::{Bare, FormatError, gltf, ply, stl};
 use crate::mesh::Mesh;
-use crate::obj::{compose::compose, read::ObjFile, read::read, write::write};
+use crate::obj::{compose::compose, read::ObjFile, read::read, write::Groups, write::write};
 use glam::DVec2;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -84,11 +84,11 @@ impl Loaded {
         }
     }
 
-    /// Writes the mesh as OBJ with one UV a corner: the user's own file where it was one.
-    pub fn write_obj(&self, out: &mut dyn Write, corner_uv: &[DVec2]) -> io::Result<()> {
+    /// Writes the mesh as OBJ with one UV a corner, and `groups` if any: the user's own file where it was one.
+    pub fn write_obj(&self, out: &mut dyn Write, corner_uv: &[DVec2], groups: Option<&Groups>) -> io::Result<()> {
         match &self.content {
-            Content::Obj(file) => write(out, file, corner_uv),
-            Content::Bare(bare) => compose(out, &bare.mesh, &bare.labels, corner_uv),
+            Content::Obj(file) => write(out, file, corner_uv, groups),
+            Content::Bare(bare) => compose(out, &bare.mesh, &bare.labels, corner_uv, groups),
         }
     }
 

@@ -4,6 +4,7 @@
 //! no infinity and no NaN: a figure that is infinite (energies of a collapsed map) or over nothing (exposure of a map
 //! without seams) is null; the counts beside it say which.
 
+use crate::agreement::AgreementRecord;
 use comfy_table::{CellAlignment, Table, presets};
 use glam::{DVec2, DVec3};
 use seamwright_core::base::scratch::Scratch;
@@ -114,6 +115,9 @@ pub struct Record {
     pub texel_density_median: f64,
     pub texel_density_max: f64,
     pub texel_density_variation: f64,
+
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub agreement: Option<AgreementRecord>,
 }
 
 /// The face where a figure is largest.
@@ -297,6 +301,7 @@ fn record(name: &str, m: &Metrics, weighting: Option<Weighting>, polygon: &[u32]
         texel_density_median: a.density_median,
         texel_density_max: a.density_max,
         texel_density_variation: a.density_variation,
+        agreement: None,
     }
 }
 
@@ -339,7 +344,7 @@ const COLUMNS: &[Column] = &[
 ];
 
 /// A figure with fixed digits; a dash where there is none.
-fn number(x: f64, digits: usize) -> String {
+pub(crate) fn number(x: f64, digits: usize) -> String {
     if x.is_nan() { "-".to_string() } else { format!("{x:.digits$}") }
 }
 

@@ -6,6 +6,7 @@ use crate::args::Method;
 use crate::atlas::Atlas;
 use crate::load::Loaded;
 use crate::measure::Record;
+use crate::parts::PartReport;
 use crate::progress::StageTime;
 use seamwright_core::mesh::repair;
 use seamwright_core::pipeline::{Charts, Packing, Settings};
@@ -25,6 +26,9 @@ pub struct Report {
     pub settings: SettingsReport,
     /// What came out, in core's own figures.
     pub result: ResultReport,
+    /// Parts and their charts, where the mesh was cut into parts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parts: Option<Vec<PartReport>>,
     /// The figures of `seamwright measure`, over the run's own exposure.
     pub metrics: Option<Record>,
     /// Time of each stage.
@@ -62,6 +66,7 @@ pub struct SettingsReport {
     pub padding: u32,
     pub rays: u32,
     pub seed: u64,
+    pub parts: String,
     pub keep_seams: bool,
     pub threads: usize,
 }
@@ -147,6 +152,7 @@ impl SettingsReport {
             padding: settings.padding,
             rays: settings.rays,
             seed: settings.seed,
+            parts: "off".into(),
             keep_seams,
             threads,
         }

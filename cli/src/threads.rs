@@ -34,10 +34,15 @@ impl Workers for Pool {
         }
         let next = AtomicUsize::new(0);
         let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < count);
-        self.threads.broadcast(|_| {
+        let work = || {
             while let Some(i) = take() {
                 task(i);
             }
+        };
+        // Where this is a task itself, other threads may be busy for long: nobody waits for them to look in here.
+        self.threads.scope(|scope| {
+            (1..self.count().min(count)).for_each(|_| scope.spawn(|_| work()));
+            work();
         });
     }
 }

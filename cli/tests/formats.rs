@@ -11,7 +11,7 @@ fn through(folder: &Path, name: &str) -> (seamwright::mesh::Mesh, String) {
     let loaded = load(&folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     let uv: Vec<_> = (0..loaded.mesh().corners.len()).map(|c| DVec2::new(c as f64 / 8.0, 0.0)).collect();
     let mut out = Vec::new();
-    loaded.write_obj(&mut out, &uv).expect("a vector takes all bytes");
+    loaded.write_obj(&mut out, &uv, None).expect("a vector takes all bytes");
     let text = String::from_utf8(out.clone()).expect("plain text");
     let back = read(out).expect("our own output").mesh;
     assert_eq!(back.corners, loaded.mesh().corners, "{name}");

@@ -31,7 +31,7 @@ fn fake_uv(file: &ObjFile) -> Vec<DVec2> {
 
 fn written(file: &ObjFile, uv: &[DVec2]) -> Vec<u8> {
     let mut out = Vec::new();
-    write(&mut out, file, uv).expect("a vector takes all bytes");
+    write(&mut out, file, uv, None).expect("a vector takes all bytes");
     out
 }
 

@@ -3,7 +3,7 @@
 //! The floors, lowest first; a module imports only from floors below its own:
 //! - [`base`]: memory, workers, progress, numbers
 //! - [`mesh`]: views, topology, repair
-//! - [`rays`], [`atlas`], [`judge`]: the stages; none imports another
+//! - [`rays`], [`segment`], [`learn`], [`atlas`], [`judge`]: the stages; none imports another
 //! - [`pipeline`]: joins the stages
 #![no_std]
 #![warn(missing_docs)]
@@ -14,6 +14,8 @@ extern crate std;
 pub mod atlas;
 pub mod base;
 pub mod judge;
+pub mod learn;
 pub mod mesh;
 pub mod pipeline;
 pub mod rays;
+pub mod segment;

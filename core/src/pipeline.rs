@@ -1,5 +1,9 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
+pub mod order;
+pub mod partition;
+pub mod polygons;
+
 use crate::atlas::pack::{self, Placement, pack_need};
 use crate::atlas::pieces::{Pieces, pieces_need, unwrap_pieces};
 use crate::atlas::seams::{Budget, SeamError, distortion, make_charts_need};
@@ -10,6 +14,7 @@ use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
 use crate::mesh::fill::{fill_dropped, fill_dropped_need};
+use crate::mesh::frame::to_own_frame;
 use crate::mesh::grid::{GRID_BITS, GridPoint, GridTriangle};
 use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::overlap::{overlaps, overlaps_need};
@@ -19,6 +24,7 @@ use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
 use crate::rays::exposure::{ExposureSettings, exposure, exposure_need};
 use glam::{DVec2, DVec3, Vec3};
+use order::order_charts;
 
 /// The user's mesh: polygons over positions, nothing merged.
 #[derive(Clone, Copy)]
@@ -31,11 +37,14 @@ pub struct Input<'a> {
     pub polygon_start: &'a [u32], // (p + 1)
     /// UVs that the file came with, one a corner, whose borders stay cuts (`--keep-seams`). NaN: no UV.
     pub kept_uv: Option<&'a [DVec2]>, // (c)
+    /// Part of each polygon, whose borders become cuts: no chart has faces of two parts, and a piece of a part is one
+    /// chart where that can be. Charts are numbered by part, see [`order::order_charts`].
+    pub parts: Option<&'a [u32]>, // (p)
 }
 
 impl<'a> Input<'a> {
     fn polygons(&self) -> Polygons<'a> {
-        let Input { positions, corners, polygon_start, kept_uv } = *self;
+        let Input { positions, corners, polygon_start, kept_uv, .. } = *self;
         Polygons { positions, corners, polygon_start, kept_uv }
     }
 }
@@ -205,6 +214,12 @@ impl core::error::Error for UnwrapError {}
 const OPEN: f64 = 0.05;
 /// See [`OPEN`].
 const SHARPNESS: f64 = 4.0;
+/// Rays see vertices on a grid of so many steps a unit of the mesh's own frame, that one or another rounding of the input
+/// casts the same rays: 2^24 is f32 as it is, and every hundredth coordinate of a file of 9 digits rounds otherwise; 2^16
+/// bends the small faces of a million.
+const POSITION_STEPS: f64 = (1 << 20) as f64;
+/// The same for normals, which only aim the rays: a step is a 70th of a degree.
+const NORMAL_STEPS: f64 = (1 << 12) as f64;
 /// Vertices whose exposure is found between two progress reports.
 const EXPOSURE_SLICE: usize = 4096;
 /// Work of the packer, see its settings.
@@ -225,7 +240,10 @@ pub fn unwrap_need(input: &Input, settings: &Settings, bvh: &dyn BuildBvh) -> us
     let pieces = pieces_need(triangles) + make_charts_need(triangles, vertices) + 64 * triangles;
     let packing = pack_need(triangles, triangles.min(CHARTS_FORESEEN), &settings.pack()) + overlaps_need(triangles);
     let atlas = pieces_need(triangles) + 17 * 3 * triangles + 4096 + pieces.max(packing + 60 * 3 * triangles);
-    repair_need(&polygons) + bytes_for::<f64>(3 * triangles) + rays.max(atlas).max(fill_dropped_need(&polygons))
+    repair_need(&polygons)
+        + bytes_for::<DVec3>(vertices)
+        + bytes_for::<f64>(3 * triangles)
+        + rays.max(atlas).max(fill_dropped_need(&polygons))
 }
 
 /// Charts for which [`unwrap_need`] holds packing memory.
@@ -244,18 +262,26 @@ pub fn unwrap(
     scratch.require(unwrap_need(input, settings, bvh))?;
     let polygons = input.polygons();
     report(progress, Stage::Repair, 0, 1)?;
-    let (working, repaired) = repair(&polygons, Facing::AsGiven, &mut scratch)?;
+    let (mut working, repaired) = repair(&polygons, Facing::AsGiven, &mut scratch)?;
+    let own = scratch.take::<DVec3>(working.positions.len())?;
+    to_own_frame(own, working.positions);
+    working.positions = own;
     report(progress, Stage::Repair, 1, 1)?;
     let cost = scratch.take::<f64>(3 * working.faces.len())?;
     expose(output.exposure, cost, &working, settings, bvh, scratch.frame(), workers, progress)?;
     let mut done = Report { repaired, ..Report::default() };
     let mut frame = scratch.frame();
     let forced = frame.take::<u8>(working.twin.len())?;
-    forced.iter_mut().zip(working.fixed).for_each(|(f, mark)| *f = u8::from(*mark == FORCED));
+    let part = |face: u32| input.parts.map(|p| p.get(working.polygon[face as usize] as usize).copied().unwrap_or(NONE));
+    for (h, (out, mark)) in forced.iter_mut().zip(working.fixed).enumerate() {
+        let twin = working.twin[h];
+        *out = u8::from(*mark == FORCED || twin != NONE && part(h as u32 / 3) != part(twin / 3));
+    }
     let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
     let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
     let cut = frame.take::<u8>(working.twin.len())?;
-    let budget = Budget { distortion: settings.distortion, one: settings.charts == Charts::One };
+    let budget =
+        Budget { distortion: settings.distortion, one: settings.charts == Charts::One || input.parts.is_some() };
     let total = pieces.count();
     unwrap_pieces(uv, cut, &pieces, budget, frame.frame(), workers, &mut |p| {
         progress.report(Stage::Seams, p, total).is_continue()
@@ -268,6 +294,7 @@ pub fn unwrap(
         cut,
         &pieces,
         &working,
+        input.parts,
         settings,
         &mut done,
         frame,
@@ -295,9 +322,9 @@ fn expose(
     let exact = scratch.take::<DVec3>(n)?;
     vertex_normals(exact, mesh, NormalWeight::Angle);
     let normals = scratch.take::<Vec3>(n)?;
-    normals.iter_mut().zip(exact.iter()).for_each(|(to, from)| *to = from.as_vec3());
+    normals.iter_mut().zip(exact.iter()).for_each(|(to, from)| *to = on_grid(*from, NORMAL_STEPS));
     let points = scratch.take::<Vec3>(n)?;
-    points.iter_mut().zip(mesh.positions).for_each(|(to, from)| *to = from.as_vec3());
+    points.iter_mut().zip(mesh.positions).for_each(|(to, from)| *to = on_grid(*from, POSITION_STEPS));
     let open = scratch.take::<f32>(n)?;
     let scene = Scene::new(points, mesh.faces, bvh, &mut scratch).map_err(|e| match e {
         BvhError::Scratch(e) => UnwrapError::Scratch(e),
@@ -316,8 +343,8 @@ fn expose(
         let d = mesh.positions[b as usize] - mesh.positions[a as usize];
         let e = 0.5 * (f64::from(open[a as usize]) + f64::from(open[b as usize]));
         let uncuttable = working.fixed[c as usize] == DIAGONAL;
-        cost[c as usize] =
-            if uncuttable { f64::INFINITY } else { real::sqrt(d.dot(d)) * (OPEN + real::pow(e, SHARPNESS)) };
+        let seen = real::sqrt(d.dot(d)) * (OPEN + real::pow(e, SHARPNESS));
+        cost[c as usize] = if uncuttable { f64::INFINITY } else { real::for_cost(seen) };
     }
     // Input vertices at one place share the value of the last working vertex there.
     exposure_out.fill(1.0);
@@ -333,6 +360,11 @@ fn expose(
     Ok(())
 }
 
+/// Nearest point of a grid.
+fn on_grid(p: DVec3, steps: f64) -> Vec3 {
+    ((p * steps).to_array().map(|x| (real::round(x) / steps) as f32)).into()
+}
+
 /// Packs the charts, puts them on the grid, and checks them there exactly; what overlaps is split and packed anew.
 #[allow(clippy::too_many_arguments)]
 fn place(
@@ -342,6 +374,7 @@ fn place(
     cut: &mut [u8],
     pieces: &Pieces,
     working: &Working,
+    parts: Option<&[u32]>,
     settings: &Settings,
     done: &mut Report,
     mut scratch: Scratch,
@@ -356,6 +389,11 @@ fn place(
         let node = frame.take::<[u32; 3]>(faces)?;
         let chart = frame.take::<u32>(faces)?;
         let (nodes, charts) = number(node, chart, cut, pieces, frame.frame())?;
+        if let Some(parts) = parts {
+            let polygon = |f: usize| working.polygon[pieces.source[3 * f] as usize / 3] as usize;
+            let part = |f: usize| parts.get(polygon(f)).copied().unwrap_or(NONE);
+            order_charts(chart, charts, part, |f| pieces.rest()[f].area, frame.frame())?;
+        }
         let points = frame.take::<DVec2>(nodes)?;
         for (n, u) in node.as_flattened().iter().zip(uv.iter()) {
             points[*n as usize] = *u;

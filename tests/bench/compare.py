@@ -2,7 +2,7 @@
 """seamwright beside uvunwrap on the same meshes in one run: the tables of docs/RESULTS.md.
 
     cargo build --release --workspace
-    python3 tests/bench/compare.py [--distortion 1.025] [--uvunwrap PATH] MESH.obj...
+    python3 tests/bench/compare.py [--distortion 1.025] [--parts auto] [--uvunwrap PATH] MESH.obj...
 
 PATH is the `unwrap` example of the crate uvunwrap 0.3, built with `cargo build --release --example unwrap`. Both atlases
 are measured by `seamwright measure` (uniform exposure, as libigl samples it). uvunwrap gets the mesh without normals and
@@ -67,6 +67,8 @@ def main():
     parser.add_argument("meshes", nargs="+")
     parser.add_argument("--distortion", default="1.025")
     parser.add_argument("--threads", default="2")
+    parser.add_argument("--parts", default="off")
+    parser.add_argument("--sheets", help="a folder for a picture of each atlas")
     parser.add_argument("--uvunwrap")
     args = parser.parse_args()
     ours, theirs = [], []
@@ -74,7 +76,10 @@ def main():
         for path in args.meshes:
             name = os.path.splitext(os.path.basename(path))[0]
             out = os.path.join(folder, name + ".obj")
-            command = [OURS, "unwrap", path, "-o", out, "--distortion", args.distortion, "--threads", args.threads, "--quiet"]
+            command = [OURS, "unwrap", path, "-o", out, "--distortion", args.distortion, "--parts", args.parts, "--threads", args.threads,
+                       "--quiet"]
+            if args.sheets:
+                command += ["--sheet", os.path.join(args.sheets, name + ".png")]
             ours.append((name, row(*measured_after(command, out))))
             if args.uvunwrap:
                 plain = os.path.join(folder, name + "_bare.obj")
@@ -82,7 +87,7 @@ def main():
                 prefix = os.path.join(folder, name + "_peer")
                 command = [args.uvunwrap, "--page-size", "1024", "--padding", "2", plain, prefix]
                 theirs.append((name, row(*measured_after(command, prefix + ".obj"))))
-    mean = table(f"seamwright, --distortion {args.distortion}", ours)
+    mean = table(f"seamwright, --distortion {args.distortion} --parts {args.parts}", ours)
     if theirs:
         peer = table("uvunwrap 0.3.0", theirs)
         names = ["charts", "SL", "VSL", "user seconds", "wall seconds"]

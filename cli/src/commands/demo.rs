@@ -1,7 +1,7 @@
 //! `seamwright demo`: the main job on a built-in mesh, so that one command shows what the program does.
 
-use super::unwrap::Job;
-use crate::args::{DemoArgs, Method};
+use super::unwrap::{Job, PartsSource};
+use crate::args::{DemoArgs, Method, PartsArg};
 use crate::failure::Failure;
 use crate::load::load_obj;
 use seamwright_core::pipeline::Settings;
@@ -22,6 +22,8 @@ pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
         json: Some(folder.join(name).with_extension("json")),
         method: Method::Exact,
         settings: Settings::default(),
+        parts: PartsSource::Shape(PartsArg::Off),
+        groups: false,
         keep_seams: false,
         run: args.run,
     };

@@ -1,20 +1,30 @@
 //! `seamwright measure`: figures of UV-mapped meshes, whatever tool made them.
 //!
+//! With `--reference` it also says how far the file's charts, or labels, agree with other partitions of its faces.
 //! A file that cannot be measured is named and left out; the command then ends with that file's exit code.
 
+use crate::agreement::{self, AgreementRecord};
 use crate::args::{MeasureArgs, Sky};
 use crate::exposure::{ExposureError, vertex_exposure};
 use crate::failure::Failure;
-use crate::load::load;
+use crate::labels;
+use crate::load::{Loaded, load};
 use crate::measure::{self, Exposure, Polygons, Record, Weighting, json, table};
+use crate::mesh::NO_UV;
 use crate::progress::{Reporter, Show};
 use crate::threads::Pool;
+use glam::DVec2;
 use seamwright_core::base::progress::{Progress, Stage};
 use std::io::{Write, stderr, stdout};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Runs `seamwright measure`.
 pub fn measure(args: &MeasureArgs) -> Result<(), Failure> {
+    if !args.reference.is_empty() && args.files.len() > 1 {
+        let text =
+            format!("--reference: labels are those of one mesh, but {} files are given; name one", args.files.len());
+        return Err(Failure::Usage(text));
+    }
     let pool = Pool::new(None).map_err(|e| Failure::Unreached(format!("cannot start threads: {e}")))?;
     // Lines of time a file would be noise beside the table.
     let show = if Show::fitting(false) == Show::Bar { Show::Bar } else { Show::Nothing };
@@ -30,7 +40,11 @@ pub fn measure(args: &MeasureArgs) -> Result<(), Failure> {
         let text = match (args.json, args.files.len()) {
             (true, 1) => json(&records[0]),
             (true, _) => json(&records),
-            (false, _) => format!("{}\n\n{}", table(&records), foot(args)),
+            (false, _) => {
+                let agreement: String =
+                    records.iter().flat_map(|r| &r.agreement).map(|a| format!("\n\n{}", agreement::table(a))).collect();
+                format!("{}{agreement}\n\n{}", table(&records), foot(args))
+            }
         };
         let printed = writeln!(stdout().lock(), "{text}");
         printed.map_err(|e| Failure::output("standard output", Path::new("-"), &e))?;
@@ -43,7 +57,10 @@ pub fn measure(args: &MeasureArgs) -> Result<(), Failure> {
 
 fn measure_file(path: &Path, args: &MeasureArgs, pool: &Pool, reporter: &mut Reporter) -> Result<Record, Failure> {
     let loaded = load(path)?;
-    let (mesh, uv) = loaded.mapped()?;
+    // Labels can be compared on a mesh without UVs.
+    let uv = if args.labels.is_some() { loaded.polygons()?.corner_uv.as_deref() } else { Some(loaded.mapped()?.1) };
+    let mesh = loaded.polygons()?;
+    let agreement = agree(&loaded, uv, args)?;
     let weighting = match args.exposure {
         Sky::Uniform => Some(Weighting::Uniform),
         Sky::Cosine => Some(Weighting::Cosine),
@@ -61,13 +78,34 @@ fn measure_file(path: &Path, args: &MeasureArgs, pool: &Pool, reporter: &mut Rep
         })?;
     reporter.finish();
     let exposure = values.as_deref().zip(weighting).map(|(values, weighting)| Exposure { values, weighting });
+    let none = vec![NO_UV; mesh.corners.len()];
     let polygons = Polygons {
         positions: &mesh.positions,
         corners: &mesh.corners,
         polygon_start: &mesh.polygon_start,
-        corner_uv: Some(uv),
+        corner_uv: Some(uv.unwrap_or(&none)),
     };
-    measure::measure(&path.display().to_string(), polygons, exposure, args.resolution).map_err(|e| unmeasured(path, &e))
+    let record = measure::measure(&path.display().to_string(), polygons, exposure, args.resolution)
+        .map_err(|e| unmeasured(path, &e))?;
+    Ok(Record { agreement, ..record })
+}
+
+/// How the charts, or `--labels`, agree with the references; `None` where there are none.
+fn agree(loaded: &Loaded, uv: Option<&[DVec2]>, args: &MeasureArgs) -> Result<Option<AgreementRecord>, Failure> {
+    if args.reference.is_empty() {
+        return Ok(None);
+    }
+    let (mesh, path) = (loaded.mesh(), &loaded.path);
+    let read = |file: &PathBuf| Ok((file.display().to_string(), labels::read("--reference", file, mesh, path)?));
+    let references = args.reference.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+    let (compared, ours) = match (&args.labels, uv) {
+        (Some(file), _) => (file.display().to_string(), labels::read("--labels", file, mesh, path)?.label),
+        (None, uv) => {
+            let charts = agreement::charts(mesh, uv.unwrap_or_default()).map_err(|e| unmeasured(path, &e))?;
+            ("charts".to_string(), charts)
+        }
+    };
+    agreement::compare(&compared, &ours, &references, mesh).map(Some).map_err(|e| unmeasured(path, &e))
 }
 
 /// How the sampled figures of the table came about.
@@ -86,8 +124,14 @@ fn foot(args: &MeasureArgs) -> String {
         0 => "fill: not asked for (--resolution)".to_string(),
         _ => format!("fill: share of the box of the UVs at {resolution} x {resolution} texels"),
     };
+    let agreement = match args.reference.len() {
+        0 => "",
+        _ => {
+            "\nhamming: share that differs after the best matching of labels; directional: mean of missing and false alarm, by area"
+        }
+    };
     format!(
-        "{exposure}\n{coverage}\nseam, visible: length over sqrt(area), all and times exposure; ratio: exposure of seams over that of all edges"
+        "{exposure}\n{coverage}{agreement}\nseam, visible: length over sqrt(area), all and times exposure; ratio: exposure of seams over that of all edges"
     )
 }
 

@@ -3,6 +3,7 @@
 mod demo;
 mod measure;
 mod render;
+mod segment;
 mod unwrap;
 
 use crate::args::Command;
@@ -12,6 +13,7 @@ use crate::failure::Failure;
 pub fn run(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Unwrap(args) => unwrap::unwrap(args),
+        Command::Segment(args) => segment::segment(args),
         Command::Measure(args) => measure::measure(args),
         Command::Render(args) => render::render(args),
         Command::Demo(args) => demo::demo(args),

@@ -1,14 +1,16 @@
 //! `seamwright unwrap`: a mesh in, the same mesh with an atlas out.
 
-use crate::args::{Method, RunArgs, UnwrapArgs};
+use crate::args::{Method, PartsArg, RunArgs, UnwrapArgs};
 use crate::atlas::{self, Atlas};
 use crate::failure::Failure;
+use crate::labels;
 use crate::load::{Loaded, load};
 use crate::measure::{Exposure, Polygons, Record, Weighting, measure};
+use crate::parts::{self, Parts};
 use crate::picture::Drawing;
 use crate::progress::{Reporter, Show, stop_requested};
 use crate::report::{InputReport, Report, ResultReport, SettingsReport, StageReport};
-use crate::save::{self, Drafts};
+use crate::save::{self, Drafts, same_file};
 use crate::threads::Pool;
 use seamwright_core::judge::measure::RESOLUTION;
 use seamwright_core::pipeline::Settings;
@@ -32,10 +34,22 @@ pub struct Job {
     pub method: Method,
     /// How the atlas is made.
     pub settings: Settings,
+    /// Where parts come from.
+    pub parts: PartsSource,
+    /// Whether the OBJ has a group for each chart.
+    pub groups: bool,
     /// Whether the borders of the UVs that are there stay cuts.
     pub keep_seams: bool,
     /// How it runs.
     pub run: RunArgs,
+}
+
+/// Where parts come from.
+pub enum PartsSource {
+    /// The shape, or nowhere.
+    Shape(PartsArg),
+    /// A file of labels.
+    File(PathBuf),
 }
 
 /// Runs `seamwright unwrap`.
@@ -46,6 +60,8 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
         json: args.json.clone(),
         method: args.method,
         settings: args.settings.to_core(),
+        parts: args.labels.clone().map_or(PartsSource::Shape(args.parts), PartsSource::File),
+        groups: args.groups,
         keep_seams: args.keep_seams,
         run: args.run,
     };
@@ -65,7 +81,9 @@ impl Job {
         let pool = Pool::new(self.run.threads.map(usize::from))
             .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
         warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
-        let atlas = atlas::make(&loaded, self.keep_seams, &self.settings, &pool, &mut reporter)?;
+        let parts = self.find_parts(&loaded, &pool, &mut reporter)?;
+        let part = parts.as_ref().map(|parts| &parts.part[..]);
+        let atlas = atlas::make(&loaded, part, self.keep_seams, &self.settings, &pool, &mut reporter)?;
         let stages = reporter.finish().iter().map(StageReport::from).collect();
         let result = ResultReport::new(&atlas);
         for warning in result.warnings() {
@@ -76,7 +94,8 @@ impl Job {
         warnings.extend(missed.clone());
 
         let mut drafts = Drafts::new();
-        drafts.add("-o", &self.output, |out| loaded.write_obj(out, &atlas.corner_uv))?;
+        let groups = self.groups.then(|| parts::groups(parts.as_ref(), &atlas));
+        drafts.add("-o", &self.output, |out| loaded.write_obj(out, &atlas.corner_uv, groups.as_ref()))?;
         if let Some(path) = &self.sheet {
             let picture = draw(&loaded, &atlas, &pool);
             drafts.add("--sheet", path, |out| out.write_all(&picture))?;
@@ -86,8 +105,12 @@ impl Job {
             version: env!("CARGO_PKG_VERSION"),
             input: InputReport::new(&loaded),
             output: self.output.display().to_string(),
-            settings: SettingsReport::new(self.method, &self.settings, self.keep_seams, pool.count()),
+            settings: SettingsReport {
+                parts: self.parts.name(),
+                ..SettingsReport::new(self.method, &self.settings, self.keep_seams, pool.count())
+            },
             result,
+            parts: parts.as_ref().map(|parts| parts::tree(parts, &atlas)),
             metrics: self.json.as_ref().map(|_| self.metrics(&loaded, &atlas)).transpose()?,
             stages,
             seconds,
@@ -103,6 +126,20 @@ impl Job {
             report.seconds
         ));
         missed.map_or(Ok(()), |text| Err(Failure::Unreached(text)))
+    }
+
+    /// The parts that were asked for.
+    fn find_parts(&self, loaded: &Loaded, pool: &Pool, reporter: &mut Reporter) -> Result<Option<Parts>, Failure> {
+        match &self.parts {
+            PartsSource::Shape(arg) => {
+                let settings = arg.to_core(self.settings.seed);
+                settings.map(|settings| parts::find(loaded, settings, pool, reporter)).transpose()
+            }
+            PartsSource::File(file) => {
+                let labels = labels::read("--labels", file, loaded.polygons()?, &loaded.path)?;
+                parts::given(loaded, &labels, pool, reporter).map(Some)
+            }
+        }
     }
 
     /// What `seamwright measure` would say of the output, but over the exposure that the run worked with.
@@ -199,6 +236,16 @@ impl Job {
     }
 }
 
+impl PartsSource {
+    /// For the report: the flag's value, or the file.
+    fn name(&self) -> String {
+        match self {
+            PartsSource::Shape(arg) => arg.name(),
+            PartsSource::File(file) => file.display().to_string(),
+        }
+    }
+}
+
 /// The contact sheet of an atlas as PNG.
 fn draw(loaded: &Loaded, atlas: &Atlas, pool: &Pool) -> Vec<u8> {
     let drawing = Drawing {
@@ -213,16 +260,4 @@ fn draw(loaded: &Loaded, atlas: &Atlas, pool: &Pool) -> Vec<u8> {
 
 fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
-}
-
-/// Whether two paths name one regular file, there already or not.
-fn same_file(a: &Path, b: &Path) -> bool {
-    let whole = |path: &Path| {
-        fs::canonicalize(path).or_else(|_| {
-            let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            Ok::<_, std::io::Error>(fs::canonicalize(folder)?.join(path.file_name().unwrap_or_default()))
-        })
-    };
-    let regular = |path: &Path| fs::metadata(path).map_or(true, |data| data.is_file());
-    regular(a) && matches!((whole(a), whole(b)), (Ok(a), Ok(b)) if a == b)
 }

@@ -1,10 +1,10 @@
 //! PLY, text and binary of both byte orders, from its bytes.
 //!
 //! Read: `vertex` (x, y, z; u and v under their usual names), `face` (`vertex_indices` or `vertex_index`; `texcoord`, two
-//! numbers a corner) and `tristrips`. Every other element and property is read past. Faces of fewer than three corners
-//! are dropped with a warning. Guarantee: no panic, and no more memory than the file's size calls for.
+//! numbers a corner), labels (`label`, `part` or `segment` of a face) or colours of faces or vertices, and `tristrips`.
+//! Every other element and property is read past. Faces of fewer than three corners are dropped with a warning. Guarantee: no panic, and no more memory than the file's size calls for.
 
-use super::{Bare, FormatError, check};
+use super::{Bare, FormatError, Mark, check};
 use crate::mesh::{Mesh, NO_UV};
 use glam::{DVec2, DVec3};
 
@@ -222,6 +222,8 @@ struct Build {
     vertex_uv: Vec<DVec2>,
     corner_uv: Vec<DVec2>,
     small_faces: usize,
+    vertex_marks: Vec<Mark>, // (n) or fewer
+    face_marks: Vec<Mark>,   // (p) or fewer
 }
 
 impl Build {
@@ -241,10 +243,16 @@ impl Build {
                 let u = scalar(&["u", "s", "texture_u"]);
                 let v = scalar(&["v", "t", "texture_v"]);
                 self.vertex_uv.push(u.zip(v).map_or(NO_UV, |(u, v)| DVec2::new(u, v)));
+                self.vertex_marks.extend(colour(element, values));
             }
             "face" => {
                 if let Some(list) = find(&["vertex_indices", "vertex_index"]) {
+                    let faces = self.mesh.polygon_count();
                     self.face(list, find(&["texcoord"]).unwrap_or_default());
+                    if self.mesh.polygon_count() > faces {
+                        let label = scalar(&["label", "part", "segment"]).map(|l| Mark::Label(l as i64));
+                        self.face_marks.extend(label.or_else(|| colour(element, values)));
+                    }
                 }
             }
             "tristrips" => {
@@ -288,6 +296,7 @@ impl Build {
             return Err(FormatError::whole("more vertices or corners than 32-bit indices can name; split the mesh"));
         }
         check(&self.mesh)?;
+        let marks = self.marks();
         for (uv, vertex) in self.corner_uv.iter_mut().zip(&self.mesh.corners) {
             if !uv.is_finite() {
                 *uv = self.vertex_uv[*vertex as usize];
@@ -298,8 +307,39 @@ impl Build {
         }
         let small = self.small_faces;
         let warning = (small > 0).then(|| format!("{small} faces have fewer than three corners and are left out"));
-        Ok(Bare { mesh: self.mesh, warnings: warning.into_iter().collect(), ..Bare::default() })
+        Ok(Bare { mesh: self.mesh, marks, warnings: warning.into_iter().collect(), ..Bare::default() })
     }
+
+    /// A mark of each polygon: its own, or that of most of its corners.
+    fn marks(&self) -> Option<Vec<Mark>> {
+        let mesh = &self.mesh;
+        if mesh.polygon_count() == 0 {
+            return None;
+        }
+        if self.face_marks.len() == mesh.polygon_count() {
+            return Some(self.face_marks.clone());
+        }
+        if self.vertex_marks.len() != mesh.positions.len() {
+            return None;
+        }
+        let corner = |c: &u32| self.vertex_marks[*c as usize];
+        mesh.polygons().map(|p| Mark::of_most(mesh.corners[p].iter().map(corner))).collect()
+    }
+}
+
+/// The colour of an element: integers count to the largest of their type, floats to 1.
+fn colour(element: &Element, values: &[Vec<f64>]) -> Option<Mark> {
+    let channel = |names: [&str; 2]| {
+        let at = element.properties.iter().position(|p| names.contains(&p.name.as_str()))?;
+        let largest = match element.properties[at].kind {
+            Kind::F32 | Kind::F64 => 1.0,
+            Kind::U16 | Kind::I16 => 65535.0,
+            _ => 255.0,
+        };
+        values[at].first().map(|c| c / largest)
+    };
+    let rgb = [["red", "r"], ["green", "g"], ["blue", "b"]].map(channel);
+    Some(Mark::colour([rgb[0]?, rgb[1]?, rgb[2]?]))
 }
 
 #[cfg(test)]
@@ -331,6 +371,27 @@ mod tests {
             face.iter().for_each(|v| put(&v.to_le_bytes()));
         }
         out
+    }
+
+    #[test]
+    fn labels_come_before_colours_of_faces_and_those_before_colours_of_vertices() {
+        let file = |vertex: &str, face: &str, values: &str| {
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{vertex}\
+                 element face 1\nproperty list uchar int vertex_indices\n{face}end_header\n{values}"
+            );
+            read(text.as_bytes()).unwrap().marks
+        };
+        let of_vertices = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+        let of_faces = "property float red\nproperty float green\nproperty float blue\n";
+        let vertices = "0 0 0 0 0 255\n1 0 0 255 0 0\n0 1 0 255 0 0\n";
+        let red = Some(vec![Mark::Colour([65535, 0, 0])]);
+        assert_eq!(file(of_vertices, "", &format!("{vertices}3 0 1 2")), red);
+        let green = Some(vec![Mark::Colour([0, 65535, 0])]);
+        assert_eq!(file(of_vertices, of_faces, &format!("{vertices}3 0 1 2 0 1 0")), green);
+        let both = format!("{of_faces}property int label\n");
+        assert_eq!(file(of_vertices, &both, &format!("{vertices}3 0 1 2 0 1 0 -7")), Some(vec![Mark::Label(-7)]));
+        assert_eq!(file("", "", "0 0 0\n1 0 0\n0 1 0\n3 0 1 2"), None);
     }
 
     #[test]

@@ -2,15 +2,22 @@
 //!
 //! Coordinates that came as floats are written as floats: the shortest decimal that reads back the same.
 
-use super::write::{UvTable, write_corner};
+use super::write::{Groups, UvTable, write_corner};
 use crate::mesh::Mesh;
 use glam::DVec2;
 use std::io::{self, Write};
 
-/// Writes vertices, UVs and polygons; each of `labels` is a line before its polygon, in order. A UV that is not finite is left out of its corner.
+/// Writes vertices, UVs and polygons; each of `labels` is a line before its polygon, in order, and `groups` stand after
+/// them. A UV that is not finite is left out of its corner.
 ///
 /// Panics unless `corner_uv` has one entry for each corner.
-pub fn compose(out: &mut dyn Write, mesh: &Mesh, labels: &[(usize, String)], corner_uv: &[DVec2]) -> io::Result<()> {
+pub fn compose(
+    out: &mut dyn Write,
+    mesh: &Mesh,
+    labels: &[(usize, String)],
+    corner_uv: &[DVec2],
+    groups: Option<&Groups>,
+) -> io::Result<()> {
     assert_eq!(corner_uv.len(), mesh.corners.len(), "one UV a corner");
     for p in &mesh.positions {
         out.write_all(b"v")?;
@@ -21,8 +28,13 @@ pub fn compose(out: &mut dyn Write, mesh: &Mesh, labels: &[(usize, String)], cor
     table.write_lines(out, b"\n")?;
     let mut labels = labels.iter().peekable();
     for (p, polygon) in mesh.polygons().enumerate() {
+        let mut changed = false;
         while let Some((_, text)) = labels.next_if(|(place, _)| *place <= p) {
             writeln!(out, "{text}")?;
+            changed = true;
+        }
+        if let Some(name) = groups.and_then(|groups| groups.name(p, changed)) {
+            writeln!(out, "g {name}")?;
         }
         out.write_all(b"f")?;
         for c in polygon {
@@ -54,7 +66,7 @@ mod tests {
             corner_uv: Some(vec![DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y]),
         };
         let mut out = Vec::new();
-        compose(&mut out, &mesh, &[(0, "o a".into())], mesh.corner_uv.as_deref().unwrap()).unwrap();
+        compose(&mut out, &mesh, &[(0, "o a".into())], mesh.corner_uv.as_deref().unwrap(), None).unwrap();
         let back = read(out).unwrap().mesh;
         assert_eq!(back.positions[0].x as f32, 0.1);
         assert_eq!(back.positions[0].y, 0.1);

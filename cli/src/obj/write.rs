@@ -2,24 +2,43 @@
 //!
 //! Positions, colours, normals, groups, objects, materials, smoothing, comments and whatever else stand byte for byte
 //! where they stood. The new `vt` lines stand where the first old one stood, or before the first face. Corners become
-//! `v/vt` or `v/vt/vn` with indices from 1; the blanks, joints and comments of a face's line stay.
+//! `v/vt` or `v/vt/vn` with indices from 1; the blanks and comments of a face's line stay. A face that a backslash continues
+//! on the next line is written on one: few readers know the backslash, and its line is another one now anyway.
 //! Each `vt` is the shortest decimal that reads back as the same double; values k / 2^24 read back exactly as floats too.
 
 use super::field::names_texture;
 use super::read::{EditKind, ObjFile};
-use super::statement::{Words, newline};
+use super::statement::{Statements, Words, newline};
 use glam::DVec2;
 use std::collections::HashMap;
 use std::io::{self, Write};
 
-/// Writes `file` with one UV a corner. A UV that is not finite is left out of its corner.
+/// A group of each polygon.
+pub struct Groups<'a> {
+    /// Its number; beyond `names`: none of these, it stays in the group before it.
+    pub of: &'a [u32], // (p)
+    /// What stands after `g`.
+    pub names: Vec<String>,
+}
+
+impl Groups<'_> {
+    /// The name for polygon `p` where the polygon before it, since which the group was not `changed`, has another.
+    pub(super) fn name(&self, p: usize, changed: bool) -> Option<&str> {
+        let group = |p: usize| self.of.get(p).and_then(|g| self.names.get(*g as usize));
+        group(p).filter(|name| changed || p == 0 || group(p - 1) != Some(*name)).map(String::as_str)
+    }
+}
+
+/// Writes `file` with one UV a corner. A UV that is not finite is left out of its corner. With `groups`, a `g` line stands
+/// before each polygon whose group is another than that of the one before it, and overrules the file's own groups.
 ///
 /// Panics unless `corner_uv` has one entry for each corner of the file's mesh.
-pub fn write(out: &mut dyn Write, file: &ObjFile, corner_uv: &[DVec2]) -> io::Result<()> {
+pub fn write(out: &mut dyn Write, file: &ObjFile, corner_uv: &[DVec2], groups: Option<&Groups>) -> io::Result<()> {
     assert_eq!(corner_uv.len(), file.mesh.corners.len(), "one UV a corner");
     let (source, table) = (&file.source, UvTable::new(corner_uv));
     let mut written = 0; // bytes of the source that are dealt with
     let mut polygon = 0;
+    let mut before = 0; // end of the polygon before
     let mut placed = false;
     for edit in &file.edits {
         out.write_all(&source[written..edit.start])?;
@@ -32,6 +51,14 @@ pub fn write(out: &mut dyn Write, file: &ObjFile, corner_uv: &[DVec2]) -> io::Re
         match edit.kind {
             EditKind::Texture => {}
             EditKind::Face => {
+                let between = &source[before..edit.start];
+                let changed =
+                    groups.is_some() && Statements::new(between).any(|s| names_group(&between[s.start..s.end]));
+                if let Some(name) = groups.and_then(|groups| groups.name(polygon, changed)) {
+                    write!(out, "g {name}")?;
+                    out.write_all(newline(source))?;
+                }
+                before = edit.end;
                 write_face(out, text, file, &table, polygon)?;
                 polygon += 1;
             }
@@ -41,6 +68,11 @@ pub fn write(out: &mut dyn Write, file: &ObjFile, corner_uv: &[DVec2]) -> io::Re
     out.write_all(&source[written..])
 }
 
+/// Whether a statement begins a group or an object, which readers take for one.
+fn names_group(text: &[u8]) -> bool {
+    matches!(Words::new(text).next(), Some(b"g" | b"o"))
+}
+
 /// Replaces each corner in the statement's text.
 fn write_face(out: &mut dyn Write, text: &[u8], file: &ObjFile, table: &UvTable, polygon: usize) -> io::Result<()> {
     let mut words = Words::new(text);
@@ -48,12 +80,20 @@ fn write_face(out: &mut dyn Write, text: &[u8], file: &ObjFile, table: &UvTable,
     words.next_span(); // the keyword
     for c in file.mesh.polygon(polygon) {
         let Some((start, end)) = words.next_span() else { break };
-        out.write_all(&text[written..start])?;
+        write_gap(out, &text[written..start])?;
         let normal = file.corner_normal.get(c).copied().unwrap_or(0);
         write_corner(out, file.mesh.corners[c], table.corner_texture[c], normal)?;
         written = end;
     }
-    out.write_all(&text[written..])
+    write_gap(out, &text[written..])
+}
+
+/// What stands beside the corners of a face; a joined line end and all before it become one blank.
+fn write_gap(out: &mut dyn Write, gap: &[u8]) -> io::Result<()> {
+    match gap.iter().rposition(|b| matches!(b, b'\n' | b'\r')) {
+        Some(end) => out.write_all(b" ").and_then(|()| out.write_all(gap[end + 1..].trim_ascii_start())),
+        None => out.write_all(gap),
+    }
 }
 
 /// One corner: the vertex from 0, texture and normal from 1, 0 for none.
@@ -131,7 +171,7 @@ mod tests {
         let file = read(source.to_vec()).unwrap();
         let uv: Vec<_> = (0..file.mesh.corners.len()).map(uv).collect();
         let mut out = Vec::new();
-        write(&mut out, &file, &uv).unwrap();
+        write(&mut out, &file, &uv, None).unwrap();
         String::from_utf8(out).unwrap()
     }
 
@@ -140,8 +180,20 @@ mod tests {
         let source = b"# c\r\nmtllib a b.mtl\r\nv  0 0 0 1 .5 0\r\nv 1 0 0\r\nv 0 1 0\r\nvt 9 9\r\nvn 0 0 1\r\ng x\r\n\
             usemtl m\r\n\tf  1/1/1   -2//1 \\\r\n 3/1 # t\r\ns off\r\nl 1/1 2/1/1\r\np 1";
         let expected = "# c\r\nmtllib a b.mtl\r\nv  0 0 0 1 .5 0\r\nv 1 0 0\r\nv 0 1 0\r\nvt 0 0.25\r\nvt 1 0.25\r\n\
-            vt 2 0.25\r\nvn 0 0 1\r\ng x\r\nusemtl m\r\n\tf  1/1/1   2/2/1 \\\r\n 3/3 # t\r\ns off\r\nl 1 2//1\r\np 1";
+            vt 2 0.25\r\nvn 0 0 1\r\ng x\r\nusemtl m\r\n\tf  1/1/1   2/2/1 3/3 # t\r\ns off\r\nl 1 2//1\r\np 1";
         assert_eq!(rewritten(source, |c| DVec2::new(c as f64, 0.25)), expected);
+    }
+
+    #[test]
+    fn groups_stand_before_the_first_polygon_of_each_and_overrule_the_files_own() {
+        let source = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 3\ng own\nf 1 2 3\n  f 1 3 2\nf 3 2 1\n";
+        let file = read(source.to_vec()).unwrap();
+        let groups = Groups { of: &[0, 0, 0, 1, 7], names: vec!["a".into(), "b".into()] };
+        let mut out = Vec::new();
+        write(&mut out, &file, &[DVec2::NAN; 15], Some(&groups)).unwrap();
+        let expected =
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\ng a\nf 1 2 3\nf 1 2 3\ng own\ng a\nf 1 2 3\ng b\n  f 1 3 2\nf 3 2 1\n";
+        assert_eq!(String::from_utf8(out).unwrap(), expected);
     }
 
     #[test]

@@ -40,6 +40,11 @@ pub fn chart(i: u32) -> Vec3 {
     linear(from_hue(hue, saturation, value))
 }
 
+/// sRGB of the `i`-th part: the palette of charts.
+pub fn part(i: u32) -> Rgb {
+    srgb(chart(i))
+}
+
 /// sRGB of hue, saturation and value in [0, 1].
 pub fn from_hue(hue: f32, saturation: f32, value: f32) -> Rgb {
     [0.0, 2.0 / 3.0, 1.0 / 3.0].map(|shift| {

@@ -44,7 +44,7 @@ impl Drawing<'_> {
 }
 
 /// The triangles of every polygon, as its number and three corners.
-fn fans(mesh: &Mesh) -> impl Iterator<Item = (usize, [u32; 3])> + '_ {
+pub(super) fn fans(mesh: &Mesh) -> impl Iterator<Item = (usize, [u32; 3])> + '_ {
     let ends = mesh.polygon_start.windows(2).enumerate();
     ends.flat_map(|(p, ends)| fan(ends[0], ends[1]).map(move |triangle| (p, triangle)))
 }

@@ -17,9 +17,9 @@ use seamwright_core::rays::exposure::{ExposureSettings, exposure, exposure_need}
 /// Cells of the checkerboard along the mesh's largest extent: 14 pixels a cell on the default tile.
 const CELLS_ACROSS: f64 = 26.0;
 /// Space around tiles, and the strips that carry words.
-const GAP: usize = 12;
-const HEADER: usize = 56;
-const CAPTION: usize = 26;
+pub(super) const GAP: usize = 12;
+pub(super) const HEADER: usize = 56;
+pub(super) const CAPTION: usize = 26;
 
 /// What the caller can choose.
 #[derive(Clone, Debug)]
@@ -104,7 +104,7 @@ pub fn sheet(mesh: &PictureMesh, options: &SheetOptions, workers: &dyn Workers) 
 const BAD: Rgb = [200, 20, 30];
 
 /// Four views around the mesh and one from above; a mesh says nowhere where its front is, so axes name them.
-fn cameras(z_up: bool) -> [Camera; 5] {
+pub(super) fn cameras(z_up: bool) -> [Camera; 5] {
     // 40 degrees to the side, 22 degrees from above.
     const SIDE: (f32, f32) = (0.642_787_6, 0.766_044_4);
     const ABOVE: (f32, f32) = (0.374_606_6, 0.927_183_9);
@@ -126,7 +126,7 @@ fn cameras(z_up: bool) -> [Camera; 5] {
 }
 
 /// One scale for all views: the widest fills its tile but for a margin.
-fn pixel_width(surface: &Surface, cameras: &[Camera], tile: usize) -> f32 {
+pub(super) fn pixel_width(surface: &Surface, cameras: &[Camera], tile: usize) -> f32 {
     let extent = |camera: &Camera| {
         let (low, high) = camera.bounds(surface.faces.iter().flatten().map(|v| surface.points[*v as usize]));
         (high - low).max_element()

@@ -128,7 +128,7 @@ pub fn work_on(
             }
             k += 1;
         }
-        for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(work));
+        for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(work, workers));
         for job in &jobs {
             let done = job.result?;
             sound &= done.after.is_finite();
@@ -218,22 +218,22 @@ fn local_face(faces: &[u32], face: u32) -> u32 {
 }
 
 impl Job<'_> {
-    fn run(&mut self, work: Work) {
+    fn run(&mut self, work: Work, workers: &dyn Workers) {
         let Some(scratch) = self.scratch.take() else { return };
-        self.result = self.done(work, scratch);
+        self.result = self.done(work, scratch, workers);
     }
 
-    fn done(&mut self, work: Work, mut scratch: Scratch) -> Result<Relaxed, ScratchTooSmall> {
+    fn done(&mut self, work: Work, mut scratch: Scratch, workers: &dyn Workers) -> Result<Relaxed, ScratchTooSmall> {
         let piece = Piece { triangles: self.triangles, rest: self.rest, free: self.x.len(), at: self.at, springs: &[] };
         match work {
-            Work::Relax(stop) => relax(self.x, &piece, stop, scratch),
+            Work::Relax(stop) => relax(self.x, &piece, stop, scratch, workers),
             Work::Flatten(_) if self.inner == 0 => {
                 unfold(self.x, &piece, self.beside, scratch.frame())?;
-                relax(self.x, &piece, Stop { steps: 0, tolerance: 0.0 }, scratch)
+                relax(self.x, &piece, Stop { steps: 0, tolerance: 0.0 }, scratch, workers)
             }
             Work::Flatten(stop) => {
-                tutte(self.x, &piece, self.inner, self.border, scratch.frame())?;
-                relax(self.x, &piece, stop, scratch)
+                tutte(self.x, &piece, self.inner, self.border, scratch.frame(), workers)?;
+                relax(self.x, &piece, stop, scratch, workers)
             }
         }
     }

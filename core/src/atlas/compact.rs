@@ -7,7 +7,7 @@
 use super::charts::Charts;
 use super::surface::Surface;
 use super::wedge_paths::{Go, WedgePaths};
-use crate::base::real::sqrt;
+use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::view::NONE;
 use glam::DVec2;
@@ -74,7 +74,7 @@ pub fn split_bulky(
                 }
                 let (one, other) =
                     (hull_area(j - i + 1, |k| point(i + k)), hull_area(count - (j - i) + 1, |k| point(j + k)));
-                let gain = (whole - one - other) / total - price;
+                let gain = for_decision((whole - one - other) / total - price);
                 if gain > best.map_or(0.0, |b| b.0) {
                     best = Some((gain, i, j));
                 }

@@ -8,6 +8,7 @@
 
 use super::cut::Paths;
 use super::surface::Surface;
+use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::mesh::view::next;
 use glam::DVec2;
@@ -78,7 +79,7 @@ pub fn extend(
         let l = surface.length(c);
         length[v] = length[from] + l;
         along[v] = along[from] + l * 0.5 * (density[v] + density[from]);
-        score[v] = along[v] * length[v] / paths.cost[v].max(1e-300);
+        score[v] = for_decision(along[v] * length[v] / paths.cost[v].max(1e-300));
     }
     let order = &mut order[..len];
     order.sort_unstable_by(|a, b| score[*b as usize].total_cmp(&score[*a as usize]).then(a.cmp(b)));
@@ -133,7 +134,7 @@ fn best_chord(cut: &[u8], on_cut: &[u8], density: &[f64], surface: &Surface) -> 
         let cost = surface.cost[c as usize];
         if c < t && on_cut[a] != 0 && on_cut[b] != 0 && cost.is_finite() {
             let length = surface.length(c);
-            let worth = length * length * 0.5 * (density[a] + density[b]) / cost.max(1e-300);
+            let worth = for_decision(length * length * 0.5 * (density[a] + density[b]) / cost.max(1e-300));
             if best.is_none_or(|b| worth > b.0) {
                 best = Some((worth, c));
             }

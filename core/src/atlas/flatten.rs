@@ -3,9 +3,11 @@
 //! Guarantee in exact arithmetic: no flips, no overlap. In f64, charts with long thin limbs can lose that to rounding:
 //! the caller looks at the energy of the result. Cost: one sparse solve.
 
-use super::relax::{Piece, Spring, System, add_spring};
+use super::relax::{Piece, Spring, System, add_pull, add_spring};
+use super::sparse::FrontMatrix;
 use crate::base::real::{cos, sin, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::workers::Workers;
 use crate::mesh::view::NONE;
 use glam::DVec2;
 
@@ -57,6 +59,7 @@ pub fn tutte(
     inner: usize,
     border: &[u32],
     mut scratch: Scratch,
+    workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
     let node = |c: u32| piece.triangles[(c / 3) as usize][(c % 3) as usize];
     let after = |c: u32| piece.triangles[(c / 3) as usize][((c + 1) % 3) as usize];
@@ -86,23 +89,19 @@ pub fn tutte(
     }
     let springs = Piece { triangles: &[], rest: &[], free: inner, at: piece.at, springs };
     let mut system = System::new(&springs, &mut scratch)?;
-    system.factor(|_, _| {}, |s, matrix| add_spring(matrix, springs.springs[s], inner), 0.0, scratch.frame())?;
-    // Two rounds: the second corrects the factor's single precision.
-    let residual = scratch.take::<DVec2>(inner)?;
+    // Three rounds: the later ones correct the factor's single precision.
+    let step = scratch.take::<DVec2>(inner)?;
     x[..inner].fill(DVec2::ZERO);
     for _ in 0..3 {
-        residual.fill(DVec2::ZERO);
-        for s in springs.springs {
-            let pull = (x[s.b as usize] - x[s.a as usize]) * (2.0 * s.weight);
-            for (i, f) in [(s.a, pull), (s.b, -pull)] {
-                if (i as usize) < inner {
-                    residual[i as usize] += f;
-                }
-            }
-        }
-        system.solve(residual, scratch.frame())?;
-        for (x, r) in x.iter_mut().zip(residual.iter()) {
-            *x += *r;
+        let here = &*x;
+        let spring = |s: usize, matrix: &mut FrontMatrix| {
+            let s = springs.springs[s];
+            add_spring(matrix, s, inner);
+            add_pull(matrix, s, (here[s.b as usize] - here[s.a as usize]) * (2.0 * s.weight), inner);
+        };
+        system.solve(step, |_, _| {}, spring, 0.0, scratch.frame(), workers)?;
+        for (x, s) in x.iter_mut().zip(step.iter()) {
+            *x += *s;
         }
     }
     Ok(())

@@ -10,8 +10,9 @@
 use super::charts::Charts;
 use super::relax::{Piece, Stop, relax, relax_need};
 use super::surface::Surface;
-use crate::base::real::sqrt;
+use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::Serial;
 use crate::mesh::grid::{GridPoint, grid_bits, interiors_meet};
 use crate::mesh::view::{NONE, next};
 use bytemuck::{Pod, Zeroable};
@@ -67,7 +68,7 @@ pub fn glue_small(
     let order = scratch.take::<[u64; 2]>(charts.count())?;
     let mut len = 0;
     for k in 0..charts.count() {
-        let a = area(k);
+        let a = for_decision(area(k));
         if a <= LARGEST * total && charts.faces_of(k).len() <= MOST_FACES {
             order[len] = [a.to_bits(), k as u64];
             len += 1;
@@ -317,7 +318,7 @@ impl<'t> Trial<'t> {
         }
         let at: &[DVec3] = &[];
         let piece = Piece { triangles, rest: self.rest, free: free as usize, at, springs: &[] };
-        relax(y, &piece, STOP, scratch)?;
+        relax(y, &piece, STOP, scratch, &Serial)?;
         for (x, p) in self.x.iter_mut().zip(place.iter()) {
             *x = y[*p as usize];
         }

@@ -8,6 +8,7 @@
 use super::energy::Rest;
 use super::sparse::{Factor, FrontMatrix, Symbolic};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::workers::{Workers, for_each_chunk};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
@@ -17,6 +18,9 @@ const STEP_SHARE: f64 = 0.8;
 const DECREASE: f64 = 1e-4;
 /// Added to each diagonal entry: holds the rigid motions, which have no energy.
 const HOLD: f64 = 1e-7;
+
+/// Triangles whose energies are summed by one task.
+const CHUNK: usize = 2048;
 
 /// Pulls two nodes together with energy weight * |x_a - x_b|^2.
 #[repr(C)]
@@ -122,14 +126,17 @@ impl<'a> System<'a> {
         Ok(Self { symbolic, triangle_start, triangles, spring_start, springs, factor })
     }
 
-    /// Factors: `triangle(t, matrix)` and `spring(s, matrix)` add the elements, `hold` is added to each diagonal entry.
-    pub fn factor(
+    /// Solves for `x`: `triangle(t, matrix)` and `spring(s, matrix)` add the elements and their right-hand sides, `hold` is
+    /// added to each diagonal entry. Returns the right-hand side times `x`.
+    pub fn solve(
         &mut self,
-        mut triangle: impl FnMut(usize, &mut FrontMatrix),
-        mut spring: impl FnMut(usize, &mut FrontMatrix),
+        x: &mut [DVec2],
+        triangle: impl Fn(usize, &mut FrontMatrix) + Sync,
+        spring: impl Fn(usize, &mut FrontMatrix) + Sync,
         hold: f64,
         scratch: Scratch,
-    ) -> Result<(), ScratchTooSmall> {
+        workers: &dyn Workers,
+    ) -> Result<f64, ScratchTooSmall> {
         let Self { symbolic, triangle_start, triangles, spring_start, springs, factor } = self;
         let add = |f: u32, matrix: &mut FrontMatrix| {
             let f = f as usize;
@@ -143,12 +150,7 @@ impl<'a> System<'a> {
                 matrix.add(*node, *node, [hold, 0.0, 0.0, hold]);
             }
         };
-        factor.factor(symbolic, add, scratch)
-    }
-
-    /// Solves for one right-hand side, in place.
-    pub fn solve(&self, x: &mut [DVec2], scratch: Scratch) -> Result<(), ScratchTooSmall> {
-        self.factor.solve(&self.symbolic, x, scratch)
+        factor.solve(x, symbolic, &add, scratch, workers)
     }
 }
 
@@ -188,12 +190,14 @@ pub fn relax_need(nodes: usize, triangles: usize, springs: usize) -> usize {
     factor + fronts + graph + 4096
 }
 
-/// Energy of a piece at `x`: triangles (psi times area) and springs.
-pub fn energy(piece: &Piece, x: &[DVec2]) -> f64 {
-    let mut sum = 0.0;
-    for (t, rest) in piece.triangles.iter().zip(piece.rest) {
-        sum += rest.weight * rest.objective(t.map(|i| x[i as usize]));
-    }
+/// Energy of a piece at `x`: triangles (psi times area) and springs. `sums` is memory, one value a chunk.
+fn energy(piece: &Piece, x: &[DVec2], sums: &mut [f64], workers: &dyn Workers) -> f64 {
+    for_each_chunk(workers, sums, 1, &|chunk, sum| {
+        let range = chunk_of(chunk, piece.triangles.len());
+        let pairs = piece.triangles[range.clone()].iter().zip(&piece.rest[range]);
+        sum[0] = pairs.map(|(t, rest)| rest.weight * rest.objective(t.map(|i| x[i as usize]))).sum();
+    });
+    let mut sum = sums.iter().sum();
     for s in piece.springs {
         let d = x[s.a as usize] - x[s.b as usize];
         sum += s.weight * d.dot(d);
@@ -201,69 +205,78 @@ pub fn energy(piece: &Piece, x: &[DVec2]) -> f64 {
     sum
 }
 
+/// Triangles of a chunk.
+fn chunk_of(chunk: usize, count: usize) -> core::ops::Range<usize> {
+    chunk * CHUNK..((chunk + 1) * CHUNK).min(count)
+}
+
 /// Moves the free nodes of `x` to lower energy. A start with a flipped triangle is returned as it is, with infinite
 /// energy.
-pub fn relax(x: &mut [DVec2], piece: &Piece, stop: Stop, mut scratch: Scratch) -> Result<Relaxed, ScratchTooSmall> {
+pub fn relax(
+    x: &mut [DVec2],
+    piece: &Piece,
+    stop: Stop,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<Relaxed, ScratchTooSmall> {
     let free = piece.free;
-    let mut now = energy(piece, x);
+    let sums = scratch.take::<f64>(piece.triangles.len().div_ceil(CHUNK))?;
+    let mut now = energy(piece, x, sums, workers);
     let mut done = Relaxed { before: now, after: now, ..Relaxed::default() };
-    if free == 0 || now == f64::INFINITY {
+    if free == 0 || now == f64::INFINITY || stop.steps == 0 {
         return Ok(done);
     }
     let area: f64 = piece.rest.iter().map(|r| r.area).sum();
-    // The map is an embedding of the graph in the plane: short separators, whatever the surface does in space.
-    let at = scratch.take::<DVec3>(free)?;
-    at.iter_mut().zip(x.iter()).for_each(|(a, x)| *a = x.extend(0.0));
-    let mut system = System::new(&Piece { at, ..*piece }, &mut scratch)?;
+    let mut system = {
+        // The map is an embedding of the graph in the plane: short separators, whatever the surface does in space.
+        let mut beside = scratch.split(24 * free + 64)?;
+        let at = beside.take::<DVec3>(free)?;
+        at.iter_mut().zip(x.iter()).for_each(|(a, x)| *a = x.extend(0.0));
+        System::new(&Piece { at, ..*piece }, &mut scratch)?
+    };
     let step = scratch.take::<DVec2>(x.len())?; // held nodes keep a zero step
-    let gradient = scratch.take::<DVec2>(free)?;
     let trial = scratch.take::<DVec2>(x.len())?;
     trial.copy_from_slice(x);
     while done.steps < stop.steps {
-        gradient.fill(DVec2::ZERO);
-        system.factor(
+        let here = &*x;
+        let fall = system.solve(
+            &mut step[..free],
             |t, matrix| {
                 let nodes = piece.triangles[t];
-                let (g, h) = piece.rest[t].derivatives(nodes.map(|i| x[i as usize]));
-                add_triangle(matrix, nodes, free, &h);
-                for (k, i) in nodes.iter().enumerate() {
-                    if (*i as usize) < free {
-                        gradient[*i as usize] += DVec2::new(g[2 * k], g[2 * k + 1]);
-                    }
-                }
+                let (g, h) = piece.rest[t].derivatives(nodes.map(|i| here[i as usize]));
+                add_triangle(matrix, nodes, free, &g, &h);
             },
-            |s, matrix| add_spring(matrix, piece.springs[s], free),
+            |s, matrix| {
+                let s = piece.springs[s];
+                add_spring(matrix, s, free);
+                add_pull(matrix, s, (here[s.b as usize] - here[s.a as usize]) * (2.0 * s.weight), free);
+            },
             HOLD,
             scratch.frame(),
+            workers,
         )?;
-        for s in piece.springs {
-            let pull = (x[s.a as usize] - x[s.b as usize]) * (2.0 * s.weight);
-            for (i, f) in [(s.a, pull), (s.b, -pull)] {
-                if (i as usize) < free {
-                    gradient[i as usize] += f;
-                }
-            }
-        }
-        for (s, g) in step[..free].iter_mut().zip(gradient.iter()) {
-            *s = -*g;
-        }
-        system.solve(&mut step[..free], scratch.frame())?;
-        let slope: f64 = step[..free].iter().zip(gradient.iter()).map(|(s, g)| s.dot(*g)).sum();
+        // The step is -H^-1 g: it falls by g . H^-1 g.
+        let slope = -fall;
         if slope.is_nan() || slope > -stop.tolerance * area {
             done.converged = true;
             break;
         }
-        let mut limit = 1.0 / STEP_SHARE;
-        for (t, rest) in piece.triangles.iter().zip(piece.rest) {
-            limit = rest.step_limit(t.map(|i| x[i as usize]), t.map(|i| step[i as usize]), limit);
-        }
+        let ahead = &*step;
+        for_each_chunk(workers, sums, 1, &|chunk, limit| {
+            let range = chunk_of(chunk, piece.triangles.len());
+            limit[0] = 1.0 / STEP_SHARE;
+            for (t, rest) in piece.triangles[range.clone()].iter().zip(&piece.rest[range]) {
+                limit[0] = rest.step_limit(t.map(|i| here[i as usize]), t.map(|i| ahead[i as usize]), limit[0]);
+            }
+        });
+        let limit = sums.iter().copied().fold(1.0 / STEP_SHARE, f64::min);
         let mut length = (limit * STEP_SHARE).min(1.0);
         let mut found = false;
         for _ in 0..30 {
             for i in 0..free {
                 trial[i] = x[i] + step[i] * length;
             }
-            let next = energy(piece, trial);
+            let next = energy(piece, trial, sums, workers);
             if next <= now + DECREASE * length * slope {
                 found = true;
                 now = next;
@@ -281,10 +294,13 @@ pub fn relax(x: &mut [DVec2], piece: &Piece, stop: Stop, mut scratch: Scratch) -
     Ok(done)
 }
 
-/// Adds a triangle's 6 x 6 matrix (lower triangle, row by row) for its free nodes.
-fn add_triangle(matrix: &mut FrontMatrix, nodes: [u32; 3], free: usize, h: &[f64; 21]) {
+/// Adds a triangle's gradient, negated, and its 6 x 6 matrix (lower triangle, row by row) for its free nodes.
+fn add_triangle(matrix: &mut FrontMatrix, nodes: [u32; 3], free: usize, g: &[f64; 6], h: &[f64; 21]) {
     let entry = |r: usize, c: usize| if r >= c { h[r * (r + 1) / 2 + c] } else { h[c * (c + 1) / 2 + r] };
     for i in 0..3 {
+        if (nodes[i] as usize) < free {
+            matrix.add_vector(nodes[i], -DVec2::new(g[2 * i], g[2 * i + 1]));
+        }
         for j in 0..=i {
             if (nodes[i] as usize) < free && (nodes[j] as usize) < free {
                 let (r, c) = (2 * i, 2 * j);
@@ -307,5 +323,14 @@ pub fn add_spring(matrix: &mut FrontMatrix, spring: Spring, free: usize) {
     }
     if a && b {
         matrix.add(spring.a, spring.b, [-w, 0.0, 0.0, -w]);
+    }
+}
+
+/// Adds the pull of a spring to the right-hand side of its free ends: `pull` on the first, the opposite on the second.
+pub fn add_pull(matrix: &mut FrontMatrix, spring: Spring, pull: DVec2, free: usize) {
+    for (i, force) in [(spring.a, pull), (spring.b, -pull)] {
+        if (i as usize) < free {
+            matrix.add_vector(i, force);
+        }
     }
 }

@@ -8,6 +8,7 @@
 use super::charts::Charts;
 use super::surface::Surface;
 use super::wedge_paths::{Go, WedgePaths};
+use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::union_find::UnionFind;
 use crate::mesh::grid::{GridPoint, GridTriangle, grid_bits};
@@ -151,7 +152,7 @@ fn clashes<'a>(
             at += 1;
         }
         if best > 0 && list[best - 1].chart == sum.chart {
-            if sum.area > list[best - 1].area {
+            if for_decision(sum.area) > for_decision(list[best - 1].area) {
                 list[best - 1] = sum;
             }
         } else {

@@ -5,6 +5,7 @@
 //! change touches only what it changes.
 
 use super::energy::Rest;
+use crate::base::real::{for_cost, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::mesh::view::{MeshView, NONE, next, prev};
 
@@ -65,10 +66,10 @@ impl<'a> Surface<'a> {
         })
     }
 
-    /// Length of the half-edge of corner `c`.
+    /// Length of the half-edge of corner `c`, rounded for sums along paths.
     pub fn length(&self, c: u32) -> f64 {
         let d = self.mesh.position(next(c)) - self.mesh.position(c);
-        crate::base::real::sqrt(d.dot(d))
+        for_cost(sqrt(d.dot(d)))
     }
 
     /// The corner across the edge of `c`, unless a cut or the border is there.

@@ -7,6 +7,8 @@ use core::ops::ControlFlow;
 pub enum Stage {
     /// Welding, orienting and splitting the input.
     Repair,
+    /// Finding the object's parts.
+    Parts,
     /// Casting rays for exposure.
     Exposure,
     /// Placing the first cuts.
@@ -26,6 +28,7 @@ impl Stage {
     pub fn name(self) -> &'static str {
         match self {
             Stage::Repair => "repair",
+            Stage::Parts => "parts",
             Stage::Exposure => "exposure",
             Stage::Cut => "cut",
             Stage::Flatten => "flatten",

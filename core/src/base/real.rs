@@ -91,6 +91,32 @@ functions! {
     acos => Acos;
 }
 
+/// Bits of a decision: 12 let mirror images tie that Newton's method has left 1e-5 apart and blur a near choice by 0.02 %;
+/// with 20, a mesh that was written with 9 digits decides otherwise than one with 17.
+const DECISION_BITS: u32 = 12;
+/// Bits of a cost or length that is summed along paths: 16 leave 37 bits, so that sums of what lies within a factor of
+/// 2^37 are exact and ties are ties.
+const COST_BITS: u32 = 16;
+
+/// `x` to 12 bits: what an arg-max compares, so that rounding that differs from one placing of a mesh to another does not
+/// decide. Infinities and NaN stay.
+#[inline]
+pub fn for_decision(x: f64) -> f64 {
+    to_bits(x, DECISION_BITS)
+}
+
+/// `x` to 16 bits, see [`for_decision`]: what is summed along a path.
+#[inline]
+pub fn for_cost(x: f64) -> f64 {
+    to_bits(x, COST_BITS)
+}
+
+/// `x` rounded to `bits` bits after the leading one, halves away from zero.
+fn to_bits(x: f64, bits: u32) -> f64 {
+    let dropped = f64::MANTISSA_DIGITS - 1 - bits;
+    if x.is_finite() { f64::from_bits((x.to_bits() + (1 << (dropped - 1))) & !((1 << dropped) - 1)) } else { x }
+}
+
 /// Angle of (x, y) in (-pi, pi].
 #[inline(always)]
 pub fn atan2<T: Real>(y: T, x: T) -> T {

@@ -55,6 +55,13 @@ impl<'a> Scratch<'a> {
 
     /// A slice of `count` zeroed values that lives as long as this frame.
     pub fn take<T: Pod>(&mut self, count: usize) -> Result<&'a mut [T], ScratchTooSmall> {
+        let out = self.take_unset::<T>(count)?;
+        out.fill(T::zeroed());
+        Ok(out)
+    }
+
+    /// Like [`take`](Self::take), with whatever stood in the memory: for a slice that is written before it is read.
+    pub fn take_unset<T: Pod>(&mut self, count: usize) -> Result<&'a mut [T], ScratchTooSmall> {
         let skip = self.free.as_ptr().align_offset(align_of::<T>());
         let bytes = count.saturating_mul(size_of::<T>());
         let need = skip.saturating_add(bytes);
@@ -63,9 +70,7 @@ impl<'a> Scratch<'a> {
         }
         let (used, rest) = take(&mut self.free).split_at_mut(need);
         self.free = rest;
-        let used = &mut used[skip..];
-        used.fill(0);
-        Ok(bytemuck::cast_slice_mut(used))
+        Ok(bytemuck::cast_slice_mut(&mut used[skip..]))
     }
 
     /// Like [`take`](Self::take), with every value set to `value`.

@@ -1,8 +1,11 @@
 //! Judging any UV map, whoever made it.
 
+pub mod agreement;
+pub mod assignment;
 pub mod atlas;
 pub mod charts;
 pub mod coverage;
+pub mod cut_discrepancy;
 pub mod distortion;
 
 pub mod input;

@@ -3,8 +3,11 @@
 //! Such a corner takes a UV that is there already, in an order that adds no seam and no area: of a corner at the same
 //! vertex in its own polygon; of the corner before it in its own polygon; for a polygon without any UV, of the two
 //! ends of one of its edges in a mapped face; of its vertex elsewhere; of the first mapped corner. A polygon that was
-//! dropped whole thus has two different UVs at the most, and no area.
+//! dropped whole thus has two different UVs at the most, and no area. The one exception: of several triangles (a, b, a)
+//! that double one vertex, all but the first have their second a inside their edge. With UVs of its own vertex it would
+//! share the edge (a, a) with the others, and V - E + F of the chart would not be 1.
 
+use super::grid::{GRID_BITS, GridPoint};
 use super::repair::{Polygons, Working};
 use super::view::{NONE, next};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -14,7 +17,7 @@ use glam::DVec2;
 pub const fn fill_dropped_need(input: &Polygons) -> usize {
     let corners = input.corners.len();
     bytes_for::<u8>(corners)
-        .saturating_add(bytes_for::<u32>(input.positions.len()).saturating_mul(2))
+        .saturating_add(bytes_for::<u32>(input.positions.len()).saturating_mul(3))
         .saturating_add(bytes_for::<[u32; 4]>(corners))
 }
 
@@ -38,6 +41,7 @@ pub fn fill_dropped(
         at_vertex[vertex(input, working, c) as usize] = c;
     }
     let in_polygon = scratch.take_filled::<u32>(input.positions.len(), NONE)?;
+    let doubled = scratch.take::<u32>(input.positions.len())?; // triangles so far that double a vertex
     let wanted = scratch.take::<[u32; 4]>(input.corners.len())?;
     let wanted = find_edges(wanted, mapped, input, working);
 
@@ -52,7 +56,8 @@ pub fn fill_dropped(
         if polygon.clone().any(|c| own(&c)) {
             complete(corner_uv, polygon, mapped, in_polygon, input, working);
         } else {
-            collapse(corner_uv, polygon, wanted, at_vertex, any, input, working);
+            collapse(corner_uv, polygon.clone(), wanted, at_vertex, any, input, working);
+            part_doubles(corner_uv, polygon, doubled, input, working);
         }
     }
     Ok(filled)
@@ -159,6 +164,30 @@ fn collapse(
     }
 }
 
+/// Moves the second of two corners at one vertex of a triangle towards the third, by another share each time that the
+/// vertex is doubled.
+fn part_doubles(
+    corner_uv: &mut [DVec2],
+    polygon: core::ops::Range<u32>,
+    doubled: &mut [u32],
+    input: &Polygons,
+    working: &Working,
+) {
+    if polygon.len() != 3 {
+        return;
+    }
+    let at = |i: u32| vertex(input, working, polygon.start + i);
+    let uv = |i: u32| corner_uv[(polygon.start + i) as usize];
+    let pairs = [(0, 1, 2), (0, 2, 1), (1, 2, 0)];
+    let Some((i, j, k)) = pairs.into_iter().find(|(i, j, k)| at(*i) == at(*j) && at(*i) != at(*k)) else { return };
+    let count = &mut doubled[at(i) as usize];
+    *count += 1;
+    if *count > 1 {
+        let place = uv(i).lerp(uv(k), 1.0 / f64::from(*count));
+        corner_uv[(polygon.start + j) as usize] = GridPoint::snap(place, GRID_BITS).uv(GRID_BITS);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -200,6 +229,18 @@ mod tests {
         // Triangles 4-5-6 and 0-1-2, and one that has vertex 2 twice, along 1-2.
         let (uv, count) = filled(&points(), &[4, 5, 6, 0, 1, 2, 2, 1, 2], &[0, 3, 6, 9]);
         assert_eq!((count, &uv[6..]), (3, &[uv[5], uv[4], uv[5]][..]));
+    }
+
+    #[test]
+    fn of_triangles_that_double_one_vertex_only_the_first_has_an_edge_of_no_length() {
+        // Vertex 1 is doubled along 1-2, then along 1-0, then along 1-2 again.
+        let corners = [0, 1, 2, 1, 2, 1, 0, 1, 1, 2, 1, 1];
+        let (uv, count) = filled(&points(), &corners, &[0, 3, 6, 9, 12]);
+        let third = GridPoint::snap(uv[1].lerp(uv[2], 1.0 / 3.0), GRID_BITS).uv(GRID_BITS);
+        assert_eq!(
+            (count, &uv[3..]),
+            (9, &[uv[1], uv[2], uv[1], uv[0], uv[1], (uv[0] + uv[1]) * 0.5, uv[2], uv[1], third][..])
+        );
     }
 
     #[test]

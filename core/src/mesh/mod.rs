@@ -3,6 +3,7 @@
 pub mod collapse;
 pub mod decimate;
 pub mod fill;
+pub mod frame;
 pub mod grid;
 pub mod loops;
 pub mod normals;

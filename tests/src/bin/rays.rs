@@ -11,9 +11,7 @@ use seamwright_core::rays::bvh::BuildBvh;
 use seamwright_core::rays::cast::Scene;
 use seamwright_core::rays::directions::Spread;
 use seamwright_core::rays::exposure::{ExposureSettings, exposure, exposure_need};
-use seamwright_tests::load_obj;
-use std::sync::LazyLock;
-use std::time::Instant;
+use seamwright_tests::{load_obj, seconds};
 
 fn main() {
     let mut args = std::env::args().skip(1);
@@ -56,15 +54,5 @@ fn report(
         println!(
             "{path} {name} {spread:?}: {rate:.2} Mrays/s (build {build:.4} s, cast {cast:.4} s), mean exposure {mean:.4}"
         );
-    }
-}
-
-/// This thread's time on a processor where Linux says it, else time passed.
-fn seconds() -> f64 {
-    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
-    let on_processor = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    match on_processor.and_then(|s| s.split_whitespace().next().and_then(|n| n.parse::<f64>().ok())) {
-        Some(nanoseconds) => nanoseconds * 1e-9,
-        None => START.elapsed().as_secs_f64(),
     }
 }

@@ -66,11 +66,21 @@ pub struct Attributes {
     pub position: Option<usize>,
     #[serde(rename = "TEXCOORD_0")]
     pub texture: Option<usize>,
+    #[serde(rename = "COLOR_0")]
+    pub colour: Option<usize>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
 pub struct Material {
     pub name: Option<String>,
+    pub pbr_metallic_roughness: Option<Look>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+pub struct Look {
+    pub base_color_factor: Option<[f64; 4]>,
 }
 
 #[derive(Deserialize)]

@@ -1,7 +1,7 @@
 //! glTF 2.0: `.glb`, and `.gltf` with buffers in data URIs or files beside it.
 //!
 //! Read: every mesh of the default scene (or the first; or all nodes where there is none), placed by its nodes, triangle
-//! lists, strips and fans, positions and the first set of UVs. Objects and materials keep their names in the OBJ.
+//! lists, strips and fans, positions, the first sets of UVs and colours, base colours of materials. Objects and materials keep their names in the OBJ.
 //! Own reader over serde: the mesh needs little of the format, and no file may make it panic.
 //! Limits: skins and morph targets are left at rest; compressed meshes (Draco, meshopt) and sparse accessors are
 //! refused; points and lines are left out.
@@ -9,7 +9,7 @@
 mod buffers;
 mod document;
 
-use super::{Bare, FormatError, check};
+use super::{Bare, FormatError, Mark, check};
 use crate::mesh::{Mesh, NO_UV};
 use buffers::Buffers;
 use document::{Document, Node};
@@ -21,7 +21,7 @@ pub fn read(bytes: &[u8], folder: &Path) -> Result<Bare, FormatError> {
     let (document, binary) = document::read(bytes)?;
     let buffers = Buffers::load(&document, binary, folder)?;
     let bare = Bare { mesh: Mesh::new(), ..Bare::default() };
-    let mut build = Build { document: &document, buffers, bare, left_out: 0 };
+    let mut build = Build { document: &document, buffers, bare, marks: Vec::new(), left_out: 0 };
     for (node, place) in placed_nodes(&document) {
         build.node(node, place)?;
     }
@@ -81,6 +81,7 @@ struct Build<'a> {
     document: &'a Document,
     buffers: Buffers<'a>,
     bare: Bare,
+    marks: Vec<Mark>, // of polygons; fewer where some primitive has no colour
     left_out: usize,
 }
 
@@ -105,6 +106,27 @@ impl Build<'_> {
                 self.label("usemtl", name);
             }
             self.add(&positions, uv.as_deref(), &triangles, place)?;
+            match primitive.attributes.colour {
+                Some(colour) => self.mark(colour, &triangles)?,
+                None => {
+                    let look = material.and_then(|material| material.pbr_metallic_roughness.as_ref());
+                    let colour =
+                        look.and_then(|look| look.base_color_factor).map(|[r, g, b, _]| Mark::colour([r, g, b]));
+                    self.marks.extend(colour.into_iter().flat_map(|mark| triangles.iter().map(move |_| mark)));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The colour that most corners of each triangle have.
+    fn mark(&mut self, accessor: usize, triangles: &[[u32; 3]]) -> Result<(), FormatError> {
+        let width = self.document.accessors.get(accessor).map_or(4, |a| if a.shape == "VEC3" { 3 } else { 4 });
+        let values = self.buffers.values(accessor, width)?;
+        let corner = |v: &u32| values.get(width * *v as usize..).filter(|c| c.len() >= width);
+        for triangle in triangles {
+            let colours = triangle.iter().filter_map(corner).map(|c| Mark::colour([c[0], c[1], c[2]]));
+            self.marks.extend(Mark::of_most(colours));
         }
         Ok(())
     }
@@ -152,6 +174,8 @@ impl Build<'_> {
         if self.left_out > 0 {
             self.bare.warnings.push(format!("{} primitives of points or lines are left out", self.left_out));
         }
+        let count = self.bare.mesh.polygon_count();
+        self.bare.marks = Some(self.marks).filter(|marks| count > 0 && marks.len() == count);
         Ok(self.bare)
     }
 }

@@ -244,7 +244,7 @@ impl Lane<'_> {
 
 /// What a lane sorts by: lane 0 the hull's radius, lane 1 the area.
 fn size(outlines: &Outlines, chart: usize, lane: usize) -> f64 {
-    if lane == 1 { real::sqrt(outlines.area[chart]) } else { outlines.radius[chart] }
+    real::for_decision(if lane == 1 { real::sqrt(outlines.area[chart]) } else { outlines.radius[chart] })
 }
 
 /// Turns between quarter turns in the order 0, 1/2, 1/4, 3/4, ...

@@ -123,7 +123,8 @@ pub(super) fn trace<'a>(charts: &Charts, scratch: &mut Scratch<'a>) -> Result<Ou
 
     measure_areas(unsorted, charts);
     order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
-    order.sort_unstable_by(|&a, &b| unsorted[b as usize].total_cmp(&unsorted[a as usize]).then(a.cmp(&b)));
+    let size = |k: u32| real::for_decision(unsorted[k as usize]);
+    order.sort_unstable_by(|&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
     for (place, &chart) in order.iter().enumerate() {
         slot[chart as usize] = place as u32;
         area[place] = unsorted[chart as usize];

@@ -3,6 +3,7 @@
 //! Ranges are halved by coordinates; where that separator is wide (charts in layers), one is looked for along the graph.
 //! Depends on the graph alone, so it is found once for many factorisations. O(n log n).
 
+use super::boughs::{Plan, plan};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -17,18 +18,42 @@ const WIDE: usize = 6;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub(super) struct Front {
-    pub(super) factor: u64, // first value of its columns in the factor
-    pub(super) first: u32,  // first position in elimination order
+    /// First value of its columns in the factor, or in that of its bough where those are not kept.
+    pub(super) factor: u64,
+    pub(super) first: u32, // first position in elimination order
     pub(super) count: u32,
     pub(super) border: u32, // first entry in the list of border positions
     pub(super) border_len: u32,
     pub(super) children: u32,
-    unused: u32,
+    pub(super) leftmost: u32, // first front of the subtree that this one is the root of
 }
 
 impl Front {
+    /// Unknowns of the front.
     pub(super) fn size(&self) -> usize {
         2 * (self.count + self.border_len) as usize
+    }
+
+    /// Unknowns that it eliminates.
+    pub(super) fn own(&self) -> usize {
+        2 * self.count as usize
+    }
+
+    /// Values of its columns, each from the diagonal down.
+    pub(super) fn column_len(&self) -> usize {
+        let (m, own) = (self.size(), self.own());
+        own * m - own * own.saturating_sub(1) / 2
+    }
+
+    /// Values of its update: the lower triangle by columns, and the right-hand side.
+    pub(super) fn update_len(&self) -> usize {
+        let side = 2 * self.border_len as usize;
+        side * (side + 3) / 2
+    }
+
+    /// Places of its border in the list of all.
+    pub(super) fn border_range(&self) -> core::ops::Range<usize> {
+        self.border as usize..(self.border + self.border_len) as usize
     }
 }
 
@@ -39,9 +64,7 @@ pub struct Symbolic<'a> {
     front_of: &'a [u32],            // (n) front that eliminates each position
     pub(super) fronts: &'a [Front], // in elimination order, children before parents
     pub(super) border: &'a [u32],   // positions
-    pub(super) factor_len: usize,   // values of the factor
-    pub(super) front_size: usize,   // largest front's side
-    pub(super) stack_len: usize,    // values of the stack of waiting updates at its fullest
+    pub(super) plan: Plan<'a>,
 }
 
 /// A range of the order that still has to be split, or a separator whose sides are done.
@@ -77,22 +100,8 @@ impl<'a> Symbolic<'a> {
             front_of[front.first as usize..(front.first + front.count) as usize].fill(i as u32);
         }
         let border = borders(fronts, order, place, start, neighbours, keep, scratch)?;
-        let (mut factor_len, mut front_size, mut stack, mut stack_len) = (0, 0, 0usize, 0usize);
-        // The stack holds the updates of finished fronts whose parent is still to come.
-        let mut waiting = heapless::Vec::<usize, 128>::new();
-        for front in fronts.iter_mut() {
-            front.factor = factor_len as u64;
-            factor_len += 2 * front.count as usize * front.size();
-            front_size = front_size.max(front.size());
-            for _ in 0..front.children {
-                stack -= waiting.pop().unwrap_or(0);
-            }
-            let update = 4 * (front.border_len as usize) * (front.border_len as usize);
-            stack += update;
-            stack_len = stack_len.max(stack);
-            waiting.push(update).ok();
-        }
-        Ok(Self { order, place, front_of, fronts, border, factor_len, front_size, stack_len })
+        let plan = plan(fronts, keep)?;
+        Ok(Self { order, place, front_of, fronts, border, plan })
     }
 
     /// The front to which an element over these nodes belongs; nodes of `NONE` are fixed and not part of the system.
@@ -106,14 +115,21 @@ impl<'a> Symbolic<'a> {
         &self.order[front.first as usize..(front.first + front.count) as usize]
     }
 
+    /// Positions that the subtree of front `root` eliminates.
+    pub(super) fn positions_of(&self, root: usize) -> core::ops::Range<usize> {
+        let (first, last) = (&self.fronts[self.fronts[root].leftmost as usize], &self.fronts[root]);
+        first.first as usize..(last.first + last.count) as usize
+    }
+
+    /// Places of the columns of that subtree in the factor, or in their own memory.
+    pub(super) fn columns_of(&self, root: usize) -> core::ops::Range<usize> {
+        let (first, last) = (&self.fronts[self.fronts[root].leftmost as usize], &self.fronts[root]);
+        first.factor as usize..last.factor as usize + last.column_len()
+    }
+
     /// Number of fronts.
     pub fn front_count(&self) -> usize {
         self.fronts.len()
-    }
-
-    /// Values in the factor.
-    pub fn factor_len(&self) -> usize {
-        self.factor_len
     }
 }
 

@@ -1,0 +1,66 @@
+//! `seamwright segment`: a mesh in, a label for each of its faces out.
+
+use crate::args::{PartsArg, SegmentArgs};
+use crate::failure::Failure;
+use crate::labels::{Kind, write::write};
+use crate::load::load;
+use crate::parts::find;
+use crate::picture::PartsDrawing;
+use crate::progress::{Reporter, Show, stop_requested};
+use crate::save::{self, Drafts, same_file};
+use crate::threads::Pool;
+
+/// Runs `seamwright segment`.
+pub fn segment(args: &SegmentArgs) -> Result<(), Failure> {
+    let shown = args.output.display();
+    let Some(kind) = Kind::of(&args.output) else {
+        return Err(Failure::Usage(format!("-o {shown}: name a file that ends in .seg, .json, .ply or .glb")));
+    };
+    if same_file(&args.output, &args.mesh) {
+        return Err(Failure::Usage(format!("-o {shown}: the same file as the mesh; choose another")));
+    }
+    if let Some(sheet) = &args.sheet {
+        let clash =
+            [(&args.mesh, "the mesh"), (&args.output, "-o")].into_iter().find(|(path, _)| same_file(sheet, path));
+        if let Some((_, other)) = clash {
+            return Err(Failure::Usage(format!(
+                "--sheet {}: the same file as {other}; choose another",
+                sheet.display()
+            )));
+        }
+        if !sheet.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+            return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", sheet.display())));
+        }
+        save::check("--sheet", sheet)?;
+    }
+    save::check("-o", &args.output)?;
+    let loaded = load(&args.mesh)?;
+    let mut reporter = Reporter::new(Show::fitting(args.run.quiet));
+    let pool = Pool::new(args.run.threads.map(usize::from))
+        .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
+    loaded.warnings().iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
+    // The flag of this command has no `off`.
+    let settings = args.parts.to_core(args.seed).unwrap_or_default();
+    let parts = find(&loaded, settings, &pool, &mut reporter)?;
+    reporter.finish();
+    let mesh = loaded.mesh();
+    let mut drafts = Drafts::new();
+    drafts.add("-o", &args.output, |out| write(out, kind, mesh, &parts.part))?;
+    if let Some(path) = &args.sheet {
+        let title = format!("{}  {} parts", loaded.name(), parts.count);
+        let picture = PartsDrawing { title, mesh, part: &parts.part, diameter: &parts.diameter }.png(&pool);
+        drafts.add("--sheet", path, |out| out.write_all(&picture))?;
+    }
+    if stop_requested() {
+        return Err(Failure::Stopped);
+    }
+    drafts.publish()?;
+    reporter.say(&format!("{shown}: {} parts", parts.count));
+    match args.parts {
+        PartsArg::Count(wanted) if wanted as usize != parts.count => Err(Failure::Unreached(format!(
+            "--parts {wanted}: the labels are written, but there are {} parts; each piece of the mesh is one at least, and each part has a face",
+            parts.count
+        ))),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,106 @@
+//! The number type of a tape: f32 to train, f64 to check every derivative.
+
+use super::plain;
+use super::{Matrix, Path};
+use crate::base::real::Real;
+use bytemuck::Pod;
+use core::cmp::Ordering;
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+
+/// f32 or f64, with arithmetic and the rows of a matrix product.
+pub trait Float:
+    Real
+    + Pod
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+
+    /// The nearest value.
+    fn of(x: f64) -> Self;
+
+    /// The same value in f64.
+    fn wide(self) -> f64;
+
+    /// Total order: by `total_cmp`.
+    fn order(self, other: Self) -> Ordering;
+
+    /// Columns of a packed panel of B.
+    fn panel(path: Path) -> usize;
+
+    /// Adds A B to rows of C (a multiple of `columns` values); `a` begins at the first of them.
+    fn fill_rows(path: Path, rows: &mut [Self], columns: usize, depth: usize, a: Matrix<Self>, packed: &[Self]);
+}
+
+impl Float for f32 {
+    const ZERO: f32 = 0.0;
+    const ONE: f32 = 1.0;
+
+    #[inline(always)]
+    fn order(self, other: f32) -> Ordering {
+        self.total_cmp(&other)
+    }
+
+    #[inline(always)]
+    fn of(x: f64) -> f32 {
+        x as f32
+    }
+
+    #[inline(always)]
+    fn wide(self) -> f64 {
+        self as f64
+    }
+
+    fn panel(path: Path) -> usize {
+        match path {
+            #[cfg(target_arch = "x86_64")]
+            Path::Avx2 | Path::Avx512 => super::x86::panel(path),
+            _ => plain::WIDTH,
+        }
+    }
+
+    fn fill_rows(path: Path, rows: &mut [f32], columns: usize, depth: usize, a: Matrix<f32>, packed: &[f32]) {
+        match path {
+            #[cfg(target_arch = "x86_64")]
+            Path::Avx2 | Path::Avx512 => super::x86::fill_rows(path, rows, columns, depth, a, packed),
+            _ => plain::fill_rows(rows, columns, depth, a, packed, super::fused::fused),
+        }
+    }
+}
+
+impl Float for f64 {
+    const ZERO: f64 = 0.0;
+    const ONE: f64 = 1.0;
+
+    #[inline(always)]
+    fn order(self, other: f64) -> Ordering {
+        self.total_cmp(&other)
+    }
+
+    #[inline(always)]
+    fn of(x: f64) -> f64 {
+        x
+    }
+
+    #[inline(always)]
+    fn wide(self) -> f64 {
+        self
+    }
+
+    fn panel(_: Path) -> usize {
+        plain::WIDTH
+    }
+
+    fn fill_rows(_: Path, rows: &mut [f64], columns: usize, depth: usize, a: Matrix<f64>, packed: &[f64]) {
+        plain::fill_rows(rows, columns, depth, a, packed, |a, b, c| a * b + c);
+    }
+}

@@ -1,0 +1,242 @@
+//! Matrix products for affine layers: C = start + A B, each element summed over the depth in order.
+//!
+//! B is packed into panels of a few columns; tasks own blocks of C's rows, walk the depth in slabs and keep a tile of C
+//! in registers (Goto, van de Geijn, *Anatomy of high-performance matrix multiplication*, 2008). A tile takes C up
+//! again where the slab before left it, so blocking never changes the order of a sum.
+//! Guaranteed for f32: every path, tile shape and number of threads gives the same bits, because each step is one fused
+//! multiply-add, rounded once ([`fused`] computes it exactly where the machine has none).
+//! f64 has the plain path alone, multiply then add: it is there to check the derivatives, not to be fast.
+//! A path for another machine is a [`Path`], a panel width and a function that fills rows (see [`x86`]).
+
+pub mod float;
+pub mod fused;
+mod plain;
+mod product_tests;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use crate::base::workers::{Serial, Workers, for_each_chunk};
+pub use float::Float;
+
+/// Slope of LeakyReLU below zero.
+pub const SLOPE: f64 = 0.01;
+/// Depth of a slab: a panel of B of 16 columns takes 16 KB of the first cache. 128 and 512 were within 3 %.
+const SLAB: usize = 256;
+/// Rows of A that a task packs at a time, on its stack: 24 x 256 values = 24 KB. 48 was no faster.
+const PACKED_ROWS: usize = 24;
+/// Widest panel of any path, for sizes of memory.
+const WIDEST: usize = 64;
+/// Products with fewer multiplications than this run on the calling thread: handing out costs more (10 to 20 us).
+const WORTH_SHARING: usize = 1 << 17;
+
+/// How the f32 products are computed; all give the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Path {
+    /// Array code with a fused multiply-add in software.
+    Plain,
+    /// AVX2 and FMA: tiles of 6 x 16.
+    Avx2,
+    /// AVX-512F: tiles of 6 x 64.
+    Avx512,
+}
+
+impl Path {
+    /// Every path, plain first.
+    pub const ALL: [Path; 3] = [Path::Plain, Path::Avx2, Path::Avx512];
+
+    /// Whether this machine can run it.
+    pub fn is_available(self) -> bool {
+        match self {
+            Path::Plain => true,
+            #[cfg(target_arch = "x86_64")]
+            _ => x86::has(self),
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => false,
+        }
+    }
+
+    /// The fastest path of this machine.
+    pub fn best() -> Path {
+        *Path::ALL.iter().rev().find(|path| path.is_available()).unwrap_or(&Path::Plain)
+    }
+}
+
+/// A matrix in a slice: element (i, j) is `data[i * row + j * column]`.
+#[derive(Clone, Copy)]
+pub struct Matrix<'a, T> {
+    data: &'a [T],
+    row: usize,
+    column: usize,
+}
+
+impl<'a, T> Matrix<'a, T> {
+    /// Rows of `columns` values, one after the other.
+    pub fn new(data: &'a [T], columns: usize) -> Self {
+        Self { data, row: columns, column: 1 }
+    }
+
+    /// The same values with rows and columns exchanged.
+    pub fn transposed(self) -> Self {
+        Self { row: self.column, column: self.row, ..self }
+    }
+}
+
+/// C is rows x columns, A rows x depth, B depth x columns.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Rows of C and A.
+    pub rows: usize,
+    /// Columns of C and B.
+    pub columns: usize,
+    /// Columns of A, rows of B: the length of each sum.
+    pub depth: usize,
+}
+
+impl Shape {
+    /// Values of memory that [`product`] packs B into.
+    pub const fn packed(self) -> usize {
+        self.columns.next_multiple_of(WIDEST).saturating_mul(self.depth)
+    }
+
+    fn work(self) -> usize {
+        self.rows.saturating_mul(self.columns).saturating_mul(self.depth)
+    }
+
+    /// Rows of a task: multiples of every tile's height; fewer where C is low, so that two threads share it evenly.
+    fn block(self) -> usize {
+        if self.rows < 16 * PACKED_ROWS { PACKED_ROWS } else { 2 * PACKED_ROWS }
+    }
+}
+
+/// What each sum begins with.
+#[derive(Clone, Copy)]
+pub enum Start<'a, T> {
+    /// Zero.
+    Zero,
+    /// The value that stands in C.
+    Sum,
+    /// One value a column.
+    Bias(&'a [T]),
+}
+
+/// What happens to C's elements once they are summed.
+#[derive(Clone, Copy)]
+pub enum Finish<'a, T> {
+    /// Nothing.
+    Nothing,
+    /// LeakyReLU.
+    Leaky,
+    /// Multiplication by LeakyReLU's slope at the same element of another layer's output (rows x columns; where it has
+    /// fewer rows than C it is repeated).
+    Masked(&'a [T]),
+}
+
+/// Slope of LeakyReLU where its output is `y`.
+#[inline(always)]
+pub fn slope_at<T: Float>(y: T) -> T {
+    if y > T::ZERO { T::ONE } else { T::of(SLOPE) }
+}
+
+impl<T: Float> Finish<'_, T> {
+    /// Applies it to rows `first..` of C.
+    #[inline(always)]
+    fn apply(self, rows: &mut [T], first: usize, columns: usize) {
+        match self {
+            Finish::Nothing => {}
+            Finish::Leaky => rows.iter_mut().for_each(|y| *y = *y * slope_at(*y)),
+            Finish::Masked(of) => {
+                let height = of.len() / columns.max(1);
+                for (i, row) in rows.chunks_exact_mut(columns).enumerate() {
+                    let at = (first + i) % height * columns;
+                    row.iter_mut().zip(&of[at..at + columns]).for_each(|(y, m)| *y = *y * slope_at(*m));
+                }
+            }
+        }
+    }
+}
+
+/// C = finish(start + A B). `packed` is memory of at least `shape.packed()` values. A slice that is too short for its
+/// shape is a mistake of our own code and panics.
+#[allow(clippy::too_many_arguments)]
+pub fn product<T: Float>(
+    c: &mut [T],
+    shape: Shape,
+    a: Matrix<T>,
+    b: Matrix<T>,
+    start: Start<T>,
+    finish: Finish<T>,
+    packed: &mut [T],
+    path: Path,
+    workers: &dyn Workers,
+) {
+    let Shape { rows, columns, depth } = shape;
+    if rows == 0 || columns == 0 {
+        return;
+    }
+    let workers = if shape.work() < WORTH_SHARING { &Serial } else { workers };
+    let width = T::panel(path);
+    let packed = &mut packed[..columns.next_multiple_of(width) * depth];
+    if depth > 0 {
+        for_each_chunk(workers, packed, width * depth, &|panel, out| pack(out, b, panel * width, width, columns));
+    }
+    let (packed, block) = (&*packed, shape.block());
+    for_each_chunk(workers, &mut c[..rows * columns], block * columns, &|task, rows| {
+        match start {
+            Start::Zero => rows.fill(T::ZERO),
+            Start::Sum => {}
+            Start::Bias(bias) => rows.chunks_exact_mut(columns).for_each(|row| row.copy_from_slice(bias)),
+        }
+        let first = task * block;
+        T::fill_rows(
+            path,
+            rows,
+            columns,
+            depth,
+            Matrix { data: &a.data[(first * a.row).min(a.data.len())..], ..a },
+            packed,
+        );
+        finish.apply(rows, first, columns);
+    });
+}
+
+/// Copies columns `first..first + width` of B row after row; columns beyond the last become zero.
+fn pack<T: Float>(out: &mut [T], b: Matrix<T>, first: usize, width: usize, columns: usize) {
+    let there = width.min(columns - first);
+    if b.column == 1 {
+        for (k, row) in out.chunks_exact_mut(width).enumerate() {
+            row[..there].copy_from_slice(&b.data[k * b.row + first..][..there]);
+            row[there..].fill(T::ZERO);
+        }
+    } else {
+        // B is a transposed matrix: walk its rows, which are contiguous, a few columns of the panel at a time.
+        for j in 0..width {
+            let column = if j < there { &b.data[(first + j) * b.column..] } else { &[] };
+            for (k, row) in out.chunks_exact_mut(width).enumerate() {
+                row[j] = if j < there { column[k * b.row] } else { T::ZERO };
+            }
+        }
+    }
+}
+
+/// Copies `height` rows of A from `row`, depth `slab`, so that one step of the depth lies together; rows beyond
+/// `there` become zero.
+#[inline(always)]
+fn pack_rows<T: Float>(
+    out: &mut [T],
+    a: Matrix<T>,
+    row: usize,
+    height: usize,
+    there: usize,
+    slab: core::ops::Range<usize>,
+) {
+    for r in 0..height {
+        if r < there {
+            let from = (row + r) * a.row;
+            for (i, k) in slab.clone().enumerate() {
+                out[i * height + r] = a.data[from + k * a.column];
+            }
+        } else {
+            (0..slab.len()).for_each(|i| out[i * height + r] = T::ZERO);
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! The plain path: rows of C in array code, for every machine and both number types; the reference of the others.
+
+use super::{Float, Matrix, SLAB, pack_rows};
+
+/// Columns of a tile and of a packed panel.
+pub(super) const WIDTH: usize = 8;
+const HEIGHT: usize = 4;
+
+/// Adds A B to rows of C with `fused(a, b, c)` at each step; see [`Float::fill_rows`].
+pub(super) fn fill_rows<T: Float>(
+    rows: &mut [T],
+    columns: usize,
+    depth: usize,
+    a: Matrix<T>,
+    packed: &[T],
+    fused: impl Fn(T, T, T) -> T + Copy,
+) {
+    let count = rows.len() / columns;
+    for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
+        for row in (0..count).step_by(HEIGHT) {
+            let height = HEIGHT.min(count - row);
+            let mut left = [T::ZERO; HEIGHT * SLAB];
+            pack_rows(&mut left, a, row, HEIGHT, height, slab.clone());
+            for column in (0..columns).step_by(WIDTH) {
+                let width = WIDTH.min(columns - column);
+                let panel = &packed[column * depth..][slab.start * WIDTH..slab.end * WIDTH];
+                let mut tile = [[T::ZERO; WIDTH]; HEIGHT];
+                for (r, line) in tile.iter_mut().enumerate().take(height) {
+                    line[..width].copy_from_slice(&rows[(row + r) * columns + column..][..width]);
+                }
+                for (x, y) in left.chunks_exact(HEIGHT).zip(panel.chunks_exact(WIDTH)) {
+                    for (line, &x) in tile.iter_mut().zip(x) {
+                        line.iter_mut().zip(y).for_each(|(c, &y)| *c = fused(x, y, *c));
+                    }
+                }
+                for (r, line) in tile.iter().enumerate().take(height) {
+                    rows[(row + r) * columns + column..][..width].copy_from_slice(&line[..width]);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! AVX2 and AVX-512 paths: tiles of 6 rows and a few vectors of columns, held in registers over a slab.
+//!
+//! One macro writes both. `unsafe` lives here: instructions found at run time, and loads and stores through pointers
+//! whose bounds are asserted once a task.
+
+use super::{Matrix, PACKED_ROWS, Path, SLAB, pack_rows};
+use core::arch::x86_64::*;
+
+/// Rows of a tile: 6 x 2 sums, 2 loads and a broadcast fill AVX2's 16 registers; 6 x 4, 4 and 1 AVX-512's 32.
+const HEIGHT: usize = 6;
+const _: () = assert!(PACKED_ROWS.is_multiple_of(HEIGHT));
+
+/// Whether the machine and its system support the instructions of `path`.
+pub(super) fn has(path: Path) -> bool {
+    cpufeatures::new!(avx2, "avx2", "fma");
+    cpufeatures::new!(avx512, "avx512f");
+    match path {
+        Path::Plain => true,
+        Path::Avx2 => avx2::get(),
+        Path::Avx512 => avx512::get(),
+    }
+}
+
+/// Columns of a packed panel.
+pub(super) fn panel(path: Path) -> usize {
+    if path == Path::Avx512 { wide512::WIDTH } else { wide256::WIDTH }
+}
+
+/// See [`super::Float::fill_rows`]. Panics where the machine lacks the instructions.
+pub(super) fn fill_rows(path: Path, rows: &mut [f32], columns: usize, depth: usize, a: Matrix<f32>, packed: &[f32]) {
+    assert!(has(path), "the machine has no {path:?}");
+    assert!(packed.len() >= columns.next_multiple_of(panel(path)) * depth);
+    // SAFETY: the instructions are there, as just found, and the packed panels are complete.
+    unsafe {
+        match path {
+            Path::Avx512 => wide512::fill_rows(rows, columns, depth, a, packed),
+            _ => wide256::fill_rows(rows, columns, depth, a, packed),
+        }
+    }
+}
+
+macro_rules! path {
+    ($module:ident, $features:literal, $lanes:literal, $vectors:literal, $vector:ident, $zero:ident, $load:ident,
+     $store:ident, $broadcast:ident, $fused:ident) => {
+        mod $module {
+            use super::*;
+
+            pub const WIDTH: usize = $lanes * $vectors;
+
+            /// SAFETY: the machine has the instructions and `packed` holds all panels of `depth` rows.
+            #[target_feature(enable = $features)]
+            pub unsafe fn fill_rows(rows: &mut [f32], columns: usize, depth: usize, a: Matrix<f32>, packed: &[f32]) {
+                let count = rows.len() / columns;
+                let mut left = [0.0; PACKED_ROWS * SLAB];
+                for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
+                    let size = HEIGHT * slab.len();
+                    for block in (0..count).step_by(PACKED_ROWS) {
+                        let end = (block + PACKED_ROWS).min(count);
+                        for (row, out) in (block..end).step_by(HEIGHT).zip(left.chunks_exact_mut(size)) {
+                            pack_rows(out, a, row, HEIGHT, HEIGHT.min(end - row), slab.clone());
+                        }
+                        for column in (0..columns).step_by(WIDTH) {
+                            let panel = &packed[column * depth..][slab.start * WIDTH..slab.end * WIDTH];
+                            for (row, left) in (block..end).step_by(HEIGHT).zip(left.chunks_exact(size)) {
+                                let (height, width) = (HEIGHT.min(end - row), WIDTH.min(columns - column));
+                                let at = row * columns + column;
+                                if height == HEIGHT && width == WIDTH {
+                                    assert!(at + (HEIGHT - 1) * columns + WIDTH <= rows.len());
+                                    // SAFETY: the tile's six rows lie inside `rows`, as just seen.
+                                    unsafe { tile(rows.as_mut_ptr().add(at), columns, left, panel) };
+                                } else {
+                                    let mut edge = [0.0; HEIGHT * WIDTH];
+                                    for r in 0..height {
+                                        let from = &rows[at + r * columns..][..width];
+                                        edge[r * WIDTH..][..width].copy_from_slice(from);
+                                    }
+                                    // SAFETY: the tile is the whole of `edge`.
+                                    unsafe { tile(edge.as_mut_ptr(), WIDTH, left, panel) };
+                                    for r in 0..height {
+                                        let to = &mut rows[at + r * columns..][..width];
+                                        to.copy_from_slice(&edge[r * WIDTH..][..width]);
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+
+            /// Adds left (HEIGHT values a step) times panel (WIDTH values a step) to a tile of C.
+            /// SAFETY: HEIGHT rows of WIDTH values, `stride` apart, can be read and written at `c`.
+            #[target_feature(enable = $features)]
+            #[inline]
+            unsafe fn tile(c: *mut f32, stride: usize, left: &[f32], panel: &[f32]) {
+                assert!(left.len() * WIDTH == panel.len() * HEIGHT);
+                let mut sums = [[$zero(); $vectors]; HEIGHT];
+                // SAFETY: the caller's rows; and the steps of `left` and `panel` are as many, as just seen.
+                unsafe {
+                    for r in 0..HEIGHT {
+                        for v in 0..$vectors {
+                            sums[r][v] = $load(c.add(r * stride + v * $lanes));
+                        }
+                    }
+                    let (mut x, mut y) = (left.as_ptr(), panel.as_ptr());
+                    for _ in 0..left.len() / HEIGHT {
+                        let mut right: [$vector; $vectors] = [$zero(); $vectors];
+                        for v in 0..$vectors {
+                            right[v] = $load(y.add(v * $lanes));
+                        }
+                        for r in 0..HEIGHT {
+                            let value = $broadcast(*x.add(r));
+                            for v in 0..$vectors {
+                                sums[r][v] = $fused(value, right[v], sums[r][v]);
+                            }
+                        }
+                        (x, y) = (x.add(HEIGHT), y.add(WIDTH));
+                    }
+                    for r in 0..HEIGHT {
+                        for v in 0..$vectors {
+                            $store(c.add(r * stride + v * $lanes), sums[r][v]);
+                        }
+                    }
+                }
+            }
+        }
+    };
+}
+
+path!(
+    wide256,
+    "avx2,fma",
+    8,
+    2,
+    __m256,
+    _mm256_setzero_ps,
+    _mm256_loadu_ps,
+    _mm256_storeu_ps,
+    _mm256_set1_ps,
+    _mm256_fmadd_ps
+);
+path!(
+    wide512,
+    "avx512f",
+    16,
+    4,
+    __m512,
+    _mm512_setzero_ps,
+    _mm512_loadu_ps,
+    _mm512_storeu_ps,
+    _mm512_set1_ps,
+    _mm512_fmadd_ps
+);

@@ -1,0 +1,11 @@
+//! The learned map: matrix products, a reverse-mode tape, four networks, their losses and the training loop.
+pub mod adamw;
+pub mod backbone;
+mod batch;
+pub mod evaluate;
+pub mod kernels;
+pub mod losses;
+pub mod near;
+pub mod tape;
+pub mod train;
+mod train_tests;

@@ -1,0 +1,354 @@
+//! Training a map for one mesh: from points, normals, faces and exposure to Q, seam scores and the networks' weights.
+//!
+//! **Contract.** [`train`] takes a mesh in any frame (it is put into the unit box; [`Summary::frame`] says how) and fills
+//! [`Output`]: UVs of all vertices, seam scores, weights for [`super::evaluate::evaluate`] at other points, and a sample
+//! of the losses. The same input and settings give the same bits for any [`Workers`], [`Path`] and machine.
+//! [`train_need`] says the bytes; one less is refused before any output is touched. [`Watch`] is told the losses of every
+//! step and may stop the run; what comes out is the best map so far: weights are kept whenever the smoothed objective
+//! is at its lowest, looked at every [`CHECK`] steps and at the end. A run that leaves the finite numbers stops there.
+//! Losses that are looked at every fifth step weigh in at those steps alone, as published.
+//!
+//! **More losses.** An operation on the tape (see [`super::tape`]), a variant of [`Loss`] with its weight, and its lines in
+//! [`super::losses::Graph::record`]; this file does not change. [`Loss::Fold`] and [`Loss::Distortion`] are examples.
+//!
+//! Limits: memory is that of the batch, about 1,000 values a point and unit of width / 12 (250 MB values, as many gradients,
+//! for 3,000 points at width 512); without batches that is the whole mesh.
+
+use super::adamw;
+use super::backbone::{Widths, initialise};
+use super::batch::{Mesh, Sampler, rings, rings_need, sampler_need, sizes};
+use super::evaluate::{Frame, evaluate, evaluate_need, seam_scores, seam_scores_need};
+use super::kernels::Path;
+use super::losses::{Graph, Loss, LossWeights, PerLoss};
+use super::tape::{Replay, SEAM_NEIGHBOURS, Var};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::Workers;
+use core::ops::ControlFlow;
+
+/// Steps between two looks at whether the map is the best so far.
+pub const CHECK: usize = 20;
+/// Share of the past in the smoothed objective: about 20 steps. Batches of 1,000 points vary by a tenth.
+const SMOOTH: f64 = 0.95;
+
+/// A mesh to learn: oriented triangles over vertices.
+#[derive(Clone, Copy)]
+pub struct Input<'a> {
+    /// Positions (vertices, 3), in any frame.
+    pub positions: &'a [f32],
+    /// Unit normals (vertices, 3).
+    pub normals: &'a [f32],
+    /// Corners (faces, 3).
+    pub faces: &'a [u32],
+    /// Exposure (vertices), 1 = open.
+    pub exposure: &'a [f32],
+}
+
+/// What is trained, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Widths of the networks.
+    pub widths: Widths,
+    /// Steps of the optimiser.
+    pub steps: usize,
+    /// Points of a batch; 0: all vertices.
+    pub batch: usize,
+    /// Weight of each loss.
+    pub weights: LossWeights,
+    /// Radius of repulsion in lattice steps.
+    pub spread: f64,
+    /// Share of the mean area ratio that [`Loss::Fold`] wants every face to keep.
+    pub margin: f64,
+    /// Rate of the first step and of the last.
+    pub rate: [f64; 2],
+    /// Seed of weights and batches.
+    pub seed: u64,
+}
+
+impl Settings {
+    /// The published training: width 512, all vertices, the published losses, the fewest of the published steps.
+    pub const PAPER: Self = Self {
+        widths: Widths { hidden: 512, code: 64 },
+        steps: 2000,
+        batch: 0,
+        weights: LossWeights::PUBLISHED,
+        spread: 0.25,
+        margin: 0.1,
+        rate: [1e-3, 1e-5],
+        seed: 0,
+    };
+    /// Width 64, batches of 1,024 points.
+    pub const STANDARD: Self =
+        Self { widths: Widths { hidden: 64, code: 16 }, steps: 1000, batch: 1024, ..Self::PAPER };
+    /// A look at what a map would be: width 32, batches of 512 points.
+    pub const DRAFT: Self = Self { widths: Widths { hidden: 32, code: 8 }, steps: 500, batch: 512, ..Self::PAPER };
+
+    /// The preset of that name: `draft`, `standard` or `paper`.
+    pub fn preset(name: &str) -> Option<Self> {
+        match name {
+            "draft" => Some(Self::DRAFT),
+            "standard" => Some(Self::STANDARD),
+            "paper" => Some(Self::PAPER),
+            _ => None,
+        }
+    }
+}
+
+/// The losses at one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// Number of the step, from 0.
+    pub step: usize,
+    /// The losses, unweighted; one that was not looked at in this step has the value of its last look.
+    pub losses: PerLoss<f32>,
+}
+
+/// Where results go.
+pub struct Output<'a> {
+    /// UVs (vertices, 2), as the network gives them.
+    pub q: &'a mut [f32],
+    /// Seam scores (vertices); above 0.5 is a seam.
+    pub scores: &'a mut [f32],
+    /// Weights ([`Widths::parameter_count`]).
+    pub weights: &'a mut [f32],
+    /// Samples of the losses at evenly spaced steps; any length.
+    pub curve: &'a mut [Sample],
+}
+
+/// How the run went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Summary {
+    /// Steps that were made.
+    pub steps: usize,
+    /// The step after which the weights were kept; 0: those of the start.
+    pub best_step: usize,
+    /// The smoothed objective then, without the losses that are looked at every fifth step.
+    pub objective: f64,
+    /// Whether the watcher stopped the run.
+    pub was_stopped: bool,
+    /// Samples written to the curve.
+    pub samples: usize,
+    /// From the mesh's frame to the networks'.
+    pub frame: Frame,
+}
+
+/// Why nothing was trained. No output was touched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrainError {
+    /// A slice has `given` values where `expected` belong.
+    Length {
+        /// Which slice.
+        what: &'static str,
+        /// Values that it should have.
+        expected: usize,
+        /// Values that it has.
+        given: usize,
+    },
+    /// A corner of `face` names no vertex.
+    Corner {
+        /// The face.
+        face: usize,
+    },
+    /// A number of the vertex is not finite.
+    NotFinite {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// There is nothing to learn: no vertex, or a width of 0.
+    Empty,
+    /// More memory is needed.
+    Scratch(ScratchTooSmall),
+}
+
+impl From<ScratchTooSmall> for TrainError {
+    fn from(error: ScratchTooSmall) -> Self {
+        TrainError::Scratch(error)
+    }
+}
+
+impl core::fmt::Display for TrainError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            TrainError::Length { what, expected, given } => write!(f, "{what}: {given} values, {expected} expected"),
+            TrainError::Corner { face } => write!(f, "face {face} names a vertex that is not there"),
+            TrainError::NotFinite { vertex } => write!(f, "vertex {vertex} has a number that is not finite"),
+            TrainError::Empty => write!(f, "nothing to learn: no vertices, or networks of width 0"),
+            TrainError::Scratch(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for TrainError {}
+
+/// Is told of every step.
+pub trait Watch {
+    /// `sample` was step `sample.step` of `steps`; `Break` ends the run with the best map so far.
+    fn step(&mut self, sample: &Sample, steps: usize) -> ControlFlow<()>;
+}
+
+/// Nobody watches.
+pub struct Unwatched;
+
+impl Watch for Unwatched {
+    fn step(&mut self, _: &Sample, _: usize) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// Bytes of scratch memory that [`train`] takes.
+pub fn train_need(vertices: usize, faces: usize, settings: &Settings) -> usize {
+    let graph = record(vertices, faces, settings);
+    let weights = settings.widths.parameter_count();
+    let loop_need = sampler_need(vertices)
+        .saturating_add(bytes_for::<f32>(graph.tape.value_count()).saturating_mul(2))
+        .saturating_add(bytes_for::<u32>(graph.tape.index_count()))
+        .saturating_add(bytes_for::<f32>(weights.saturating_mul(2)))
+        .saturating_add(graph.tape.scratch_need::<f32>());
+    let at_a_time =
+        [rings_need(vertices, faces), loop_need, evaluate_need(settings.widths), seam_scores_need(vertices)];
+    bytes_for::<f32>(vertices.saturating_mul(3))
+        .saturating_add(bytes_for::<u32>(vertices.saturating_mul(SEAM_NEIGHBOURS)))
+        .saturating_add(bytes_for::<f32>(weights))
+        .saturating_add(at_a_time.into_iter().fold(0, usize::max))
+}
+
+fn record(vertices: usize, faces: usize, settings: &Settings) -> Graph {
+    Graph::record(settings.widths, sizes(vertices, faces, settings.batch), settings.spread, settings.margin)
+}
+
+/// Trains a map of `input`; see the head of this file.
+#[allow(clippy::too_many_arguments)]
+pub fn train(
+    output: Output,
+    input: Input,
+    settings: &Settings,
+    path: Path,
+    workers: &dyn Workers,
+    watch: &mut dyn Watch,
+    scratch: &mut Scratch,
+) -> Result<Summary, TrainError> {
+    check(&output, &input, settings)?;
+    let (vertices, faces) = (input.exposure.len(), input.faces.len() / 3);
+    scratch.require(train_need(vertices, faces, settings))?;
+    let mut memory = scratch.frame();
+    let frame = Frame::of(input.positions);
+    let positions = memory.take_unset::<f32>(input.positions.len())?;
+    frame.apply(positions, input.positions);
+    let ring = memory.take_unset::<u32>(vertices * SEAM_NEIGHBOURS)?;
+    rings(ring, positions, input.faces, &mut memory)?;
+    let mesh = Mesh { positions, normals: input.normals, exposure: input.exposure, faces: input.faces, ring };
+
+    let Output { q, scores, weights, curve } = output;
+    let mut summary = descend(weights, curve, &mesh, settings, path, workers, watch, &mut memory)?;
+    summary.frame = frame;
+    evaluate(q, weights, settings.widths, &frame, input.positions, path, workers, &mut memory)?;
+    seam_scores(scores, q, ring, workers, &mut memory)?;
+    Ok(summary)
+}
+
+fn check(output: &Output, input: &Input, settings: &Settings) -> Result<(), TrainError> {
+    let vertices = input.exposure.len();
+    let is_whole = |what, given: usize, expected: usize| {
+        if given == expected { Ok(()) } else { Err(TrainError::Length { what, expected, given }) }
+    };
+    is_whole("positions", input.positions.len(), 3 * vertices)?;
+    is_whole("normals", input.normals.len(), 3 * vertices)?;
+    is_whole("faces", input.faces.len(), input.faces.len() / 3 * 3)?;
+    is_whole("UVs", output.q.len(), 2 * vertices)?;
+    is_whole("seam scores", output.scores.len(), vertices)?;
+    is_whole("weights", output.weights.len(), settings.widths.parameter_count())?;
+    if vertices == 0 || settings.widths.hidden == 0 || settings.widths.code == 0 {
+        return Err(TrainError::Empty);
+    }
+    if let Some(corner) = input.faces.iter().position(|i| *i as usize >= vertices) {
+        return Err(TrainError::Corner { face: corner / 3 });
+    }
+    let is_finite = |v: &usize| {
+        let row = 3 * v..3 * v + 3;
+        let all = input.positions[row.clone()].iter().chain(&input.normals[row]);
+        all.chain([&input.exposure[*v]]).all(|x| x.is_finite())
+    };
+    match (0..vertices).find(|v| !is_finite(v)) {
+        Some(vertex) => Err(TrainError::NotFinite { vertex }),
+        None => Ok(()),
+    }
+}
+
+/// The loop: leaves the best weights in `best`.
+#[allow(clippy::too_many_arguments)]
+fn descend(
+    best: &mut [f32],
+    curve: &mut [Sample],
+    mesh: &Mesh,
+    settings: &Settings,
+    path: Path,
+    workers: &dyn Workers,
+    watch: &mut dyn Watch,
+    scratch: &mut Scratch,
+) -> Result<Summary, ScratchTooSmall> {
+    let graph = record(mesh.exposure.len(), mesh.faces.len() / 3, settings);
+    let mut memory = scratch.frame();
+    let mut sampler = Sampler::new(mesh.exposure.len(), settings.seed, &mut memory)?;
+    let values = memory.take::<f32>(graph.tape.value_count())?;
+    let gradients = memory.take::<f32>(graph.tape.value_count())?;
+    let indices = memory.take::<u32>(graph.tape.index_count())?;
+    let moments = memory.take::<f32>(2 * best.len())?;
+    let parameters: heapless::Vec<Var, { 2 * super::backbone::LAYERS }> = graph.backbone.parameters().collect();
+    graph.fill_constants(values);
+    initialise(&mut values[..best.len()], settings.widths, settings.seed);
+    best.copy_from_slice(&values[..best.len()]);
+
+    let mut summary = Summary {
+        steps: 0,
+        best_step: 0,
+        objective: f64::INFINITY,
+        was_stopped: false,
+        samples: 0,
+        frame: Frame { centre: [0.0; 3], scale: 1.0 },
+    };
+    let (mut losses, mut smoothed) = ([0.0; Loss::ALL.len()], None);
+    for step in 0..settings.steps {
+        let active = settings.weights.active(step);
+        sampler.fill(&graph, mesh, step, values, indices);
+        let frame = memory.frame();
+        let mut run = Replay { values, gradients, indices, scratch: frame, path, workers };
+        graph.tape.forward(&mut run, active)?;
+        graph.tape.backward(&mut run, &graph.seeds(&settings.weights, active), active, &parameters)?;
+        let now = graph.values(values);
+        let looked_at = |loss: &Loss| loss.bit() & active != 0;
+        Loss::ALL.iter().filter(|loss| looked_at(loss)).for_each(|loss| losses[*loss as usize] = now[*loss as usize]);
+
+        let steady = Loss::ALL.iter().filter(|loss| looked_at(loss) && !loss.is_rare());
+        let objective: f64 = steady.map(|loss| settings.weights.0[*loss as usize] * now[*loss as usize]).sum();
+        if !objective.is_finite() {
+            break;
+        }
+        let smooth = smoothed.map_or(objective, |past: f64| SMOOTH * past + (1.0 - SMOOTH) * objective);
+        smoothed = Some(smooth);
+        // The gradient belongs to the weights before the step, so these are what the objective has judged.
+        if (step % CHECK == 0 || step + 1 == settings.steps) && smooth <= summary.objective {
+            best.copy_from_slice(&values[..best.len()]);
+            (summary.best_step, summary.objective) = (step, smooth);
+        }
+        let rate = adamw::cosine_rate(settings.rate[0], settings.rate[1], step, settings.steps);
+        let (weights, gradients) = (&mut values[..best.len()], &gradients[..best.len()]);
+        adamw::update(weights, moments, gradients, rate, step + 1, workers);
+
+        summary.steps = step + 1;
+        let sample = Sample { step, losses: losses.map(|x| x as f32) };
+        let place = step * curve.len() / settings.steps;
+        if place == summary.samples && place < curve.len() {
+            curve[place] = sample;
+            summary.samples += 1;
+        }
+        if watch.step(&sample, settings.steps).is_break() {
+            summary.was_stopped = true;
+            break;
+        }
+    }
+    // The last step's weights have no objective of their own yet; a run that came to its end keeps them.
+    if summary.steps == settings.steps && summary.best_step + 1 == settings.steps {
+        best.copy_from_slice(&values[..best.len()]);
+        summary.best_step = settings.steps;
+    }
+    Ok(summary)
+}

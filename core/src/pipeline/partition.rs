@@ -1,0 +1,42 @@
+//! The parts of a repaired mesh: casts for shape diameter and inner sight, and hands both to the stage that cuts.
+
+use crate::base::scratch::{Scratch, bytes_for};
+use crate::base::workers::Workers;
+use crate::mesh::view::MeshView;
+use crate::rays::bvh::{BuildBvh, BvhError};
+use crate::rays::cast::{Ray, Scene};
+use crate::rays::diameter::{DiameterSettings, diameter, diameter_need};
+use crate::segment::parts::{Settings, Summary, Surface, parts, parts_need};
+use glam::Vec3;
+
+/// Scratch bytes for [`partition`].
+pub fn partition_need(faces: usize, vertices: usize, bvh: &dyn BuildBvh) -> usize {
+    bytes_for::<Vec3>(vertices) + Scene::need(faces, bvh) + diameter_need(faces).max(parts_need(faces, vertices))
+}
+
+/// Label and shape diameter of each face of `mesh`, whose positions are of magnitude 1 (as from `repair`) and whose
+/// faces turn outwards. A mesh without faces has no parts. Nothing is written on an error of memory.
+/// Near-linear in the number of faces.
+#[allow(clippy::too_many_arguments)]
+pub fn partition(
+    labels: &mut [u32],       // (f)
+    diameter_out: &mut [f32], // (f)
+    mesh: MeshView,
+    twin: &[u32], // (3 f)
+    settings: &Settings,
+    bvh: &dyn BuildBvh,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<Summary, BvhError> {
+    scratch.require(partition_need(mesh.faces.len(), mesh.positions.len(), bvh))?;
+    let positions = scratch.take::<Vec3>(mesh.positions.len())?;
+    positions.iter_mut().zip(mesh.positions).for_each(|(p, q)| *p = q.as_vec3());
+    let scene = Scene::new(positions, mesh.faces, bvh, &mut scratch)?;
+    let cone = DiameterSettings { seed: settings.seed, ..Default::default() };
+    diameter(diameter_out, mesh, twin, &scene, &cone, scratch.frame(), workers)?;
+    let sees = |from: Vec3, to: Vec3| {
+        scene.closest(&Ray { origin: from, direction: to - from }).is_none_or(|hit| hit.distance > 1.0)
+    };
+    let surface = Surface { mesh, twin, diameter: diameter_out, sees: &sees };
+    Ok(parts(labels, &surface, settings, scratch, workers)?)
+}

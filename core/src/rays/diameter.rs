@@ -1,0 +1,157 @@
+//! Shape diameter: how thick the object is under each face.
+//!
+//! Rays go inwards from the face's centroid, spread evenly over a cone of 120 degrees about the inward normal; one
+//! counts where it leaves through a face whose normal points along it, and the median of the counted lengths is the
+//! diameter (Shapira, Shamir, Cohen-Or, *Consistent mesh partitioning and skeletonisation using the shape diameter
+//! function*, The Visual Computer 24, 2008; there a mean weighted by angle after outliers are removed).
+//! A value depends on (seed, face) and the scene, not on threads. A face without any counted ray, as on an open sheet,
+//! gets the mean of its neighbours that have one, ring by ring; a component without any ray gets 0.
+
+use super::cast::{Ray, Scene};
+use super::directions::turned_frame;
+use crate::base::real;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::{Workers, for_each_chunk};
+use crate::mesh::view::{MeshView, NONE};
+use core::f32::consts::TAU;
+use glam::Vec3;
+
+/// Cosine of half the cone's angle, 120 degrees. Narrower cones miss the far side of bent limbs, wider ones measure
+/// along the limb; 90 to 120 is what the literature uses.
+const COS_HALF_ANGLE: f32 = 0.5;
+/// Rays start this share of the scene's largest coordinate below the surface, as in `exposure`.
+const OFFSET: f32 = 1e-4;
+/// Faces a task.
+const CHUNK: usize = 64;
+/// Rays a face at the most; their lengths stand on the stack.
+pub const MAX_RAYS: usize = 128;
+
+/// What to cast.
+#[derive(Clone, Copy, Debug)]
+pub struct DiameterSettings {
+    /// Rays a face, 1 to [`MAX_RAYS`]; more count as that.
+    pub rays: usize,
+    /// Seed of the cone's turn about the normal.
+    pub seed: u64,
+}
+
+impl Default for DiameterSettings {
+    fn default() -> Self {
+        Self { rays: 60, seed: 0 }
+    }
+}
+
+/// Scratch bytes for [`diameter`].
+pub const fn diameter_need(faces: usize) -> usize {
+    bytes_for::<Vec3>(MAX_RAYS) + bytes_for::<Vec3>(faces) + 2 * bytes_for::<u32>(faces)
+}
+
+/// Shape diameter of each face, in the scene's units, at least 0. `scene` holds `mesh`, face by face; `twin` is the
+/// mesh's. O(f rays log f).
+#[allow(clippy::too_many_arguments)]
+pub fn diameter(
+    out: &mut [f32], // (f)
+    mesh: MeshView,
+    twin: &[u32], // (3 f)
+    scene: &Scene,
+    settings: &DiameterSettings,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), ScratchTooSmall> {
+    let face_count = mesh.faces.len();
+    scratch.require(diameter_need(face_count))?;
+    let cone = scratch.take::<Vec3>(settings.rays.clamp(1, MAX_RAYS))?;
+    let count = cone.len() as f32;
+    for (i, direction) in cone.iter_mut().enumerate() {
+        *direction = on_cap((i as f32 + 0.5) / count, i);
+    }
+    let normals = scratch.take::<Vec3>(face_count)?;
+    for (f, normal) in normals.iter_mut().enumerate() {
+        let n = mesh.area_vector(f);
+        let length = real::sqrt(n.length_squared());
+        *normal = if length > 0.0 { (n / length).as_vec3() } else { Vec3::ZERO };
+    }
+    let (cone, normals) = (&*cone, &*normals);
+    for_each_chunk(workers, out, CHUNK, &|chunk, out| {
+        for (i, out) in out.iter_mut().enumerate() {
+            let face = chunk * CHUNK + i;
+            let [a, b, c] = mesh.faces[face].map(|v| mesh.positions[v as usize]);
+            let middle = ((a + b + c) / 3.0).as_vec3();
+            *out = at_face(middle, face, normals, cone, scene, settings.seed);
+        }
+    });
+    fill_gaps(out, twin, scratch)
+}
+
+/// Point `i` of a golden-angle spiral over the cap about +z, of height `share` of the cap's.
+fn on_cap(share: f32, i: usize) -> Vec3 {
+    const GOLDEN_TURN: f64 = 0.381_966_011_250_105;
+    let turn = i as f64 * GOLDEN_TURN;
+    let angle = TAU * (turn - real::floor(turn)) as f32;
+    let z = 1.0 - share * (1.0 - COS_HALF_ANGLE);
+    let r = real::sqrt(1.0 - z * z);
+    Vec3::new(r * real::cos(angle), r * real::sin(angle), z)
+}
+
+/// The median length, or -1 where no ray counts.
+fn at_face(middle: Vec3, face: usize, normals: &[Vec3], cone: &[Vec3], scene: &Scene, seed: u64) -> f32 {
+    let inward = -normals[face];
+    if inward == Vec3::ZERO {
+        return -1.0;
+    }
+    let [t, b] = turned_frame(inward, seed, face as u64);
+    let origin = middle + inward * (OFFSET * scene.reach());
+    let mut lengths = heapless::Vec::<f32, MAX_RAYS>::new();
+    for local in cone {
+        let direction = t * local.x + b * local.y + inward * local.z;
+        if let Some(hit) = scene.closest(&Ray { origin, direction })
+            && normals[hit.face as usize].dot(direction) > 0.0
+        {
+            lengths.push(hit.distance).unwrap_or_else(|_| unreachable!("one a direction"));
+        }
+    }
+    if lengths.is_empty() {
+        return -1.0;
+    }
+    let middle = lengths.len() / 2;
+    *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+/// Gives every value below 0 the mean of its neighbours' values, ring by ring, and 0 where a component has none.
+fn fill_gaps(values: &mut [f32], twin: &[u32], mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    let ring = scratch.take::<u32>(values.len())?;
+    let next_ring = scratch.take::<f32>(values.len())?;
+    let mut gaps = 0;
+    for (f, _) in values.iter().enumerate().filter(|(_, x)| **x < 0.0) {
+        ring[gaps] = f as u32;
+        gaps += 1;
+    }
+    while gaps > 0 {
+        let mut left = 0;
+        for i in 0..gaps {
+            let face = ring[i] as usize;
+            let (mut sum, mut count) = (0.0, 0);
+            for &t in twin[3 * face..3 * face + 3].iter().filter(|t| **t != NONE) {
+                let value = values[(t / 3) as usize];
+                if value >= 0.0 {
+                    (sum, count) = (sum + value, count + 1);
+                }
+            }
+            next_ring[i] = if count > 0 { sum / count as f32 } else { -1.0 };
+        }
+        for i in 0..gaps {
+            let face = ring[i];
+            values[face as usize] = next_ring[i];
+            if next_ring[i] < 0.0 {
+                ring[left] = face;
+                left += 1;
+            }
+        }
+        if left == gaps {
+            ring[..left].iter().for_each(|f| values[*f as usize] = 0.0);
+            break;
+        }
+        gaps = left;
+    }
+    Ok(())
+}

@@ -1,0 +1,14 @@
+//! Segment: from shape diameters, concave creases and inner sight to parts.
+
+pub mod affinity;
+pub mod border;
+pub mod by_sight;
+pub mod dual;
+pub mod expansion;
+pub mod max_flow;
+pub mod merging;
+pub mod mixture;
+pub mod parts;
+pub mod patches;
+pub mod published;
+pub mod tidy;

@@ -1,0 +1,115 @@
+//! Times one training step of the learned map on an OBJ: every vertex, every published loss, AdamW.
+//!
+//! `learn_step [--width N] [--code N] [--threads N] [--steps N] [--path plain|avx2|avx512] [--products] FILE.obj`
+//! prints seconds a step, the best and the median of N after two that do not count. `--products` times matrix products
+//! instead. See tests/bench/learn_step.py for PyTorch.
+
+use seamwright::threads::Pool;
+use seamwright_core::base::random::unit_f32;
+use seamwright_core::base::workers::Serial;
+use seamwright_core::learn::adamw;
+use seamwright_core::learn::backbone::{Widths, initialise};
+use seamwright_core::learn::kernels::{Finish, Matrix, Path, Shape, Start, product};
+use seamwright_core::learn::losses::{Loss, LossWeights};
+use seamwright_tests::learned::{Learned, Surface};
+use seamwright_tests::load_obj;
+use std::{env, error::Error, time::Instant};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let (mut width, mut code, mut threads, mut steps) = (512, 64, 2, 5);
+    let (mut path, mut file, mut products) = (Path::best(), None, false);
+    let mut args = env::args().skip(1);
+    while let Some(arg) = args.next() {
+        let mut value = || args.next().ok_or(format!("{arg} needs a value"));
+        match arg.as_str() {
+            "--width" => width = value()?.parse()?,
+            "--code" => code = value()?.parse()?,
+            "--threads" => threads = value()?.parse()?,
+            "--steps" => steps = value()?.parse()?,
+            "--path" => {
+                path = match value()?.as_str() {
+                    "plain" => Path::Plain,
+                    "avx2" => Path::Avx2,
+                    "avx512" => Path::Avx512,
+                    other => return Err(format!("--path {other}: plain, avx2 or avx512").into()),
+                }
+            }
+            "--products" => products = true,
+            _ => file = Some(arg),
+        }
+    }
+    if products {
+        time_products(path);
+        return Ok(());
+    }
+    let surface = surface(&file.ok_or("a mesh to train on is missing")?);
+    let pool = Pool::new(Some(threads))?;
+    let widths = Widths { hidden: width, code };
+    let mut run = Learned::<f32>::new(&surface, widths, 0.25, path);
+    let count = widths.parameter_count();
+    initialise(&mut run.values[..count], widths, 1);
+    let mut moments = vec![0.0; 2 * count];
+    let weights = LossWeights::PUBLISHED;
+    let active = weights.active(0);
+    let mut times = Vec::new();
+    for step in 1..=steps + 2 {
+        let start = Instant::now();
+        let losses = run.forward(active, &pool);
+        let forward = start.elapsed().as_secs_f64();
+        run.backward(&weights, active, &pool);
+        let backward = start.elapsed().as_secs_f64() - forward;
+        adamw::update(&mut run.values[..count], &mut moments, &run.gradients[..count], 1e-3, step, &pool);
+        let total = start.elapsed().as_secs_f64();
+        if env::var_os("VERBOSE").is_some() {
+            let wrap = losses[Loss::Wrap as usize];
+            eprintln!("wrap {wrap:.4} forward {forward:.4} backward {backward:.4} all {total:.4}");
+        }
+        times.push(total);
+    }
+    let mut times = times.split_off(2);
+    times.sort_by(f64::total_cmp);
+    println!("{:.4} {:.4}", times[0], times[times.len() / 2]);
+    Ok(())
+}
+
+fn surface(file: &str) -> Surface {
+    let (positions, faces) = load_obj(file);
+    let mut normals = vec![glam::DVec3::ZERO; positions.len()];
+    for f in &faces {
+        let [a, b, c] = f.map(|i| positions[i as usize]);
+        f.iter().for_each(|i| normals[*i as usize] += (b - a).cross(c - a));
+    }
+    // Half the loader's size: the unit box. Exposure does not matter to the time.
+    Surface {
+        exposure: (0..positions.len()).map(|i| (i % 10) as f64 / 10.0).collect(),
+        positions: positions.iter().flat_map(|p| (*p * 0.5).to_array()).collect(),
+        normals: normals.iter().flat_map(|n| n.normalize_or_zero().to_array()).collect(),
+        faces: faces.concat(),
+    }
+}
+
+/// GFLOP/s on one thread, best of several runs.
+fn time_products(path: Path) {
+    for (rows, columns, depth) in [(2048, 512, 512), (2048, 128, 128), (2048, 64, 64), (64, 64, 64), (512, 512, 2930)] {
+        let shape = Shape { rows, columns, depth };
+        let values = |n: usize, s| (0..n as u64).map(|i| unit_f32(1, s, i) - 0.5).collect::<Vec<f32>>();
+        let (a, b) = (values(rows * depth, 1), values(depth * columns, 2));
+        let (mut c, mut packed) = (vec![0.0; rows * columns], vec![0.0; shape.packed()]);
+        let flops = 2.0 * (rows * columns * depth) as f64;
+        let repeats = (2e9 / flops).clamp(3.0, 2000.0) as usize;
+        let mut speed = [0.0f64; 3];
+        for _ in 0..5 {
+            let (x, y) = (Matrix::new(&a, depth), Matrix::new(&b, columns));
+            let (xt, yt) = (Matrix::new(&a, rows).transposed(), Matrix::new(&b, depth).transposed());
+            for (speed, (x, y)) in speed.iter_mut().zip([(x, yt), (x, y), (xt, y)]) {
+                let start = Instant::now();
+                for _ in 0..repeats {
+                    product(&mut c, shape, x, y, Start::Zero, Finish::Nothing, &mut packed, path, &Serial);
+                }
+                *speed = speed.max(flops * repeats as f64 / start.elapsed().as_secs_f64() / 1e9);
+            }
+        }
+        let [forward, inputs, weights] = speed;
+        println!("{rows}x{columns}x{depth}: X W^T {forward:.1}, dY W {inputs:.1}, dY^T X {weights:.1} GFLOP/s");
+    }
+}
