@@ -16,7 +16,8 @@ use glam::DVec2;
 /// Paths worth less than this share of the best wait for the next round.
 const SHARE: f64 = 0.5;
 
-/// Adds cuts towards what is too distorted: up to `most` paths that lie apart. Returns how many.
+/// Adds cuts towards what is too distorted: up to `most` paths that lie apart, and an edge between two cuts
+/// where that is worth more. Returns how many.
 pub fn extend(
     cut: &mut [u8],
     changed: &mut [u8],
@@ -86,14 +87,6 @@ pub fn extend(
     let near = scratch.take::<u8>(n)?;
     let mut added = 0;
     let best = order.first().map_or(0.0, |v| score[*v as usize]);
-    if let Some((worth, c)) = best_chord(cut, on_cut, density, surface)
-        && worth > best
-    {
-        surface.set_cut(cut, c, true);
-        changed[(c / 3) as usize] = 1;
-        changed[(surface.twin[c as usize] / 3) as usize] = 1;
-        return Ok(1);
-    }
     let mut ball = Paths::new(n, &mut scratch)?;
     for v in order.iter() {
         if added == most || score[*v as usize] < SHARE * best || score[*v as usize] <= 0.0 {
@@ -121,6 +114,14 @@ pub fn extend(
             },
         );
     }
+    if let Some((worth, c)) = best_chord(cut, on_cut, density, surface)
+        && worth > best
+    {
+        surface.set_cut(cut, c, true);
+        changed[(c / 3) as usize] = 1;
+        changed[(surface.twin[c as usize] / 3) as usize] = 1;
+        added += 1;
+    }
     Ok(added)
 }
 
@@ -141,4 +142,48 @@ fn best_chord(cut: &[u8], on_cut: &[u8], density: &[f64], surface: &Surface) -> 
         }
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::atlas::energy::Rest;
+    use crate::mesh::topology::twins;
+    use crate::mesh::view::MeshView;
+    use glam::DVec3;
+
+    /// Two triangles of a square, mapped at `scale`.
+    fn cut_square(scale: f64, bytes: &mut [u8]) -> (Result<usize, ScratchTooSmall>, [u8; 6]) {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        let positions = corners.map(|(x, y)| DVec3::new(x, y, 0.0));
+        let faces = [[0, 1, 2], [0, 2, 3]];
+        let mesh = MeshView { positions: &positions, faces: &faces };
+        let (mut memory, mut twin) = ([0; 4096], [0; 6]);
+        let mut keep = Scratch::new(&mut memory);
+        twins(&mut twin, mesh, keep.frame()).expect("enough memory");
+        let rest = faces.map(|f| Rest::new(f.map(|v| positions[v as usize]), 0.0));
+        let surface = Surface::new(mesh, &twin, &rest, &[1.0; 6], &mut keep).expect("enough memory");
+        let uv = [0, 1, 2, 0, 2, 3].map(|v: usize| positions[v].truncate() * scale);
+        let (mut cut, mut changed) = ([0; 6], [0; 2]);
+        let added = extend(&mut cut, &mut changed, &uv, &surface, 3, Scratch::new(bytes));
+        (added, cut)
+    }
+
+    #[test]
+    fn a_chart_without_inner_vertices_is_cut_along_an_edge() {
+        // The diagonal is half-edge 2 of the first triangle and half-edge 0 of the second.
+        assert_eq!(cut_square(2.0, &mut [0; 4096]), (Ok(1), [0, 0, 1, 1, 0, 0]));
+    }
+
+    #[test]
+    fn where_nothing_is_distorted_nothing_is_cut() {
+        assert_eq!(cut_square(1.0, &mut [0; 4096]), (Ok(0), [0; 6]));
+    }
+
+    #[test]
+    fn too_little_memory_is_an_error_and_cuts_nothing() {
+        let (added, cut) = cut_square(2.0, &mut [0; 64]);
+        assert!(added.is_err());
+        assert_eq!(cut, [0; 6]);
+    }
 }
