@@ -63,9 +63,9 @@ const PROXY_FACES: usize = 10_000;
 /// How far paths may slide while they are carried over.
 const SLIDES: Slides = Slides { reach: 2.0, rounds: 3 };
 /// Distortion below the bound at which extension ends: it is left to gluing and to gathering.
-const RESERVE: f64 = 1.5e-3;
+const RESERVE: f64 = 8e-4;
 /// The reserve is at most this share of what the bound allows: at 1.003, 0.1 makes as many seams and more distortion.
-const RESERVE_SHARE: f64 = 0.2;
+const RESERVE_SHARE: f64 = 0.3;
 /// Share of what the bound allows to which gluing goes.
 const GLUE_TO: f64 = 0.97;
 /// Most excess of a glued chart over what the bound allows on the mean.
