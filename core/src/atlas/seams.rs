@@ -63,9 +63,9 @@ const PROXY_FACES: usize = 10_000;
 /// How far paths may slide while they are carried over.
 const SLIDES: Slides = Slides { reach: 2.0, rounds: 3 };
 /// Distortion below the bound at which extension ends: it is left to gluing and to gathering.
-const RESERVE: f64 = 8e-4;
+const RESERVE: f64 = 1.5e-3;
 /// The reserve is at most this share of what the bound allows: at 1.003, 0.1 makes as many seams and more distortion.
-const RESERVE_SHARE: f64 = 0.3;
+const RESERVE_SHARE: f64 = 0.2;
 /// Share of what the bound allows to which gluing goes.
 const GLUE_TO: f64 = 0.97;
 /// Most excess of a glued chart over what the bound allows on the mean.
@@ -238,21 +238,22 @@ impl Search<'_> {
         if self.distortion() > bound {
             return Ok(());
         }
-        let mut frame = scratch.frame();
-        let rest = frame.take::<Rest>(self.surface.rest.len())?;
-        self.changed.fill(1);
-        for _ in 0..CONCENTRATIONS {
-            if !(self.proceed)() {
-                return Err(SeamError::Stopped);
+        {
+            let mut frame = scratch.frame();
+            let rest = frame.take::<Rest>(self.surface.rest.len())?;
+            self.changed.fill(1);
+            for _ in 0..CONCENTRATIONS {
+                if !(self.proceed)() {
+                    return Err(SeamError::Stopped);
+                }
+                rest.copy_from_slice(self.surface.rest);
+                gather(rest, self.uv);
+                self.relax(GATHER_STOP, rest, frame.frame())?;
             }
-            rest.copy_from_slice(self.surface.rest);
-            gather(rest, self.uv);
-            self.relax(GATHER_STOP, rest, frame.frame())?;
         }
         if self.distortion() > bound {
-            self.relax(ROUND_STOP, self.surface.rest, frame.frame())?;
+            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
         }
-        drop(frame);
         self.part_overlaps(scratch)
     }
 
