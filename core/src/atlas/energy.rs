@@ -282,7 +282,7 @@ mod tests {
             let (rest, x) = triangle(seed);
             let [c0, c1] = rest.jacobian(x);
             let (n, det) = (c0.dot(c0) + c1.dot(c1), c0.perp_dot(c1));
-            if 2.0 - 2.0 * (n - det) / (det * det * det) < 0.0 {
+            if det <= 0.0 || 2.0 - 2.0 * (n - det) / (det * det * det) < 0.0 {
                 continue;
             }
             compared += 1;
