@@ -43,9 +43,8 @@ pub fn rings(positions: &[f64], faces: &[u32]) -> Vec<u32> {
     }
     let mut out = Vec::new();
     for (i, ring) in ring.iter().enumerate() {
-        let gap = |j: &u32| -> f64 {
-            (0..3).map(|c| (positions[3 * i + c] - positions[3 * *j as usize + c]).powi(2)).sum()
-        };
+        let gap =
+            |j: &u32| -> f64 { (0..3).map(|c| (positions[3 * i + c] - positions[3 * *j as usize + c]).powi(2)).sum() };
         let mut near: Vec<u32> = ring.iter().copied().collect();
         near.sort_by(|a, b| gap(a).total_cmp(&gap(b)).then(a.cmp(b)));
         near.resize(SEAM_NEIGHBOURS, NONE);

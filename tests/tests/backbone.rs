@@ -79,7 +79,9 @@ fn only(loss: Loss) -> LossWeights {
 /// Weights of the files.
 fn weighted(data: &Value) -> LossWeights {
     let none = LossWeights([0.0; Loss::ALL.len()]);
-    NAMED.iter().fold(none, |weights, (name, loss)| weights.with(*loss, data["weights"][name].as_f64().expect("a weight")))
+    NAMED
+        .iter()
+        .fold(none, |weights, (name, loss)| weights.with(*loss, data["weights"][name].as_f64().expect("a weight")))
 }
 
 fn largest_gap(a: impl IntoIterator<Item = f64>, b: &[f64]) -> f64 {
@@ -92,7 +94,8 @@ fn largest_gap(a: impl IntoIterator<Item = f64>, b: &[f64]) -> f64 {
 fn forwards<T: Float>(run: &Learned<T>) -> Vec<(&'static str, Vec<f64>)> {
     let (g, v) = (&run.graph, &run.values);
     let wide = |x: &[T]| x.iter().map(|x| x.wide()).collect::<Vec<f64>>();
-    let columns = |x: &[f64], from: usize| x.chunks_exact(6).flat_map(|r| r[from..from + 3].to_vec()).collect::<Vec<f64>>();
+    let columns =
+        |x: &[f64], from: usize| x.chunks_exact(6).flat_map(|r| r[from..from + 3].to_vec()).collect::<Vec<f64>>();
     let (cycle, wrapped, tangents) = (wide(g.cycle.of(v)), wide(g.wrapped.of(v)), wide(g.tangents.of(v)));
     let (first, second) = tangents.split_at(tangents.len() / 2);
     vec![

@@ -60,9 +60,9 @@ fn turned(mesh: &Mesh, uv: &[DVec2]) -> usize {
 fn fault(path: &Path, settings: &Settings) -> Option<String> {
     let made = load(path).and_then(|loaded| {
         loaded.polygons()?;
-        let atlas = atlas::make(&loaded, false, settings, &Serial, &mut Reporter::new(Show::Nothing))?;
+        let atlas = atlas::make(&loaded, None, false, settings, &Serial, &mut Reporter::new(Show::Nothing))?;
         let mut written = Vec::new();
-        loaded.write_obj(&mut written, &atlas.corner_uv).expect("memory takes all bytes");
+        loaded.write_obj(&mut written, &atlas.corner_uv, None).expect("memory takes all bytes");
         let turned = turned(loaded.mesh(), &atlas.corner_uv);
         Ok((atlas, turned))
     });

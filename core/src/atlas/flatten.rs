@@ -3,7 +3,7 @@
 //! Guarantee in exact arithmetic: no flips, no overlap. In f64, charts with long thin limbs can lose that to rounding:
 //! the caller looks at the energy of the result. Cost: one sparse solve.
 
-use super::relax::{Piece, Spring, System, add_pull, add_spring};
+use super::relax::{Piece, Spring, System, add_pull, add_spring, graph_need};
 use super::sparse::FrontMatrix;
 use crate::base::real::{cos, sin, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
@@ -88,7 +88,8 @@ pub fn tutte(
         }
     }
     let springs = Piece { triangles: &[], rest: &[], free: inner, at: piece.at, springs };
-    let mut system = System::new(&springs, &mut scratch)?;
+    let temporary = scratch.split(graph_need(&springs))?;
+    let mut system = System::new(&springs, &mut scratch, temporary)?;
     // Three rounds: the later ones correct the factor's single precision.
     let step = scratch.take::<DVec2>(inner)?;
     x[..inner].fill(DVec2::ZERO);

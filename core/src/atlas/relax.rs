@@ -7,7 +7,7 @@
 
 use super::energy::Rest;
 use super::sparse::{Factor, FrontMatrix, Symbolic};
-use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Workers, for_each_chunk};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
@@ -21,6 +21,13 @@ const HOLD: f64 = 1e-7;
 
 /// Triangles whose energies are summed by one task.
 const CHUNK: usize = 2048;
+
+/// Share of the least decrease below which charts count as settled without a look at the whole. Of 24 charts of 30,000
+/// nodes that a split had changed little, 0.3 spares 12 of 15 factorisations that found nothing to do and skips one step of
+/// 9; 0.2 spares 7 and skips none.
+const SETTLED: f64 = 0.3;
+/// Smaller charts are factored anyway.
+const SETTLED_FROM: usize = 2000;
 
 /// Pulls two nodes together with energy weight * |x_a - x_b|^2.
 #[repr(C)]
@@ -82,13 +89,9 @@ pub struct System<'a> {
 }
 
 impl<'a> System<'a> {
-    /// Prepares the systems of a piece.
-    pub fn new(piece: &Piece, keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
+    /// Prepares the systems of a piece. `temporary` holds [`graph_need`] bytes.
+    pub fn new(piece: &Piece, keep: &mut Scratch<'a>, mut temporary: Scratch) -> Result<Self, ScratchTooSmall> {
         let free = piece.free as u32;
-        // Temporary memory lies behind what is kept: split the rest in two.
-        let graph_bytes =
-            (piece.free + 6 * piece.triangles.len() + 2 * piece.springs.len()) * 4 + piece.free * 16 + 256;
-        let mut temporary = keep.split(graph_bytes)?;
         let start = temporary.take::<u32>(piece.free + 1)?;
         let edges = || {
             let of_triangles = piece
@@ -152,6 +155,11 @@ impl<'a> System<'a> {
         };
         factor.solve(x, symbolic, &add, scratch, workers)
     }
+}
+
+/// Temporary bytes for [`System::new`].
+pub fn graph_need(piece: &Piece) -> usize {
+    (piece.free + 6 * piece.triangles.len() + 2 * piece.springs.len()) * 4 + piece.free * 16 + 256
 }
 
 /// Sorts elements into the fronts they belong to; elements without a free node are left out.
@@ -227,15 +235,22 @@ pub fn relax(
         return Ok(done);
     }
     let area: f64 = piece.rest.iter().map(|r| r.area).sum();
+    if settled(x, piece, stop.tolerance * area, scratch.frame())? {
+        done.converged = true;
+        return Ok(done);
+    }
+    // What only the order of elimination needs serves the steps afterwards.
+    let bytes = bytes_for::<DVec3>(free) + graph_need(piece);
+    let mut spare = scratch.split(bytes.max(2 * bytes_for::<DVec2>(x.len())))?;
     let mut system = {
+        let mut frame = spare.frame();
         // The map is an embedding of the graph in the plane: short separators, whatever the surface does in space.
-        let mut beside = scratch.split(24 * free + 64)?;
-        let at = beside.take::<DVec3>(free)?;
+        let at = frame.take::<DVec3>(free)?;
         at.iter_mut().zip(x.iter()).for_each(|(a, x)| *a = x.extend(0.0));
-        System::new(&Piece { at, ..*piece }, &mut scratch)?
+        System::new(&Piece { at, ..*piece }, &mut scratch, frame)?
     };
-    let step = scratch.take::<DVec2>(x.len())?; // held nodes keep a zero step
-    let trial = scratch.take::<DVec2>(x.len())?;
+    let step = spare.take::<DVec2>(x.len())?; // held nodes keep a zero step
+    let trial = spare.take::<DVec2>(x.len())?;
     trial.copy_from_slice(x);
     while done.steps < stop.steps {
         let here = &*x;
@@ -292,6 +307,32 @@ pub fn relax(
     }
     done.after = now;
     Ok(done)
+}
+
+/// Whether a step promises next to nothing, told without a factorisation: the decrease that each node alone could reach,
+/// g . D^-1 g with D the 2 x 2 blocks on the diagonal, is well below `least`.
+fn settled(x: &[DVec2], piece: &Piece, least: f64, mut scratch: Scratch) -> Result<bool, ScratchTooSmall> {
+    if !piece.springs.is_empty() || piece.free < SETTLED_FROM {
+        return Ok(false);
+    }
+    let sums = scratch.take::<[f64; 5]>(x.len())?; // gradient, and a block's xx, xy, yy
+    for (t, rest) in piece.triangles.iter().zip(piece.rest) {
+        let (g, h) = rest.derivatives(t.map(|i| x[i as usize]));
+        for (k, (i, block)) in t.iter().zip([[0, 1, 2], [5, 8, 9], [14, 19, 20]]).enumerate() {
+            let sum = &mut sums[*i as usize];
+            sum[0] += g[2 * k];
+            sum[1] += g[2 * k + 1];
+            for (s, entry) in sum[2..].iter_mut().zip(block) {
+                *s += h[entry];
+            }
+        }
+    }
+    let mut fall = 0.0;
+    for [gx, gy, xx, xy, yy] in &sums[..piece.free] {
+        let det = xx * yy - xy * xy;
+        fall += (yy * gx * gx - 2.0 * xy * gx * gy + xx * gy * gy) / det.max(f64::MIN_POSITIVE);
+    }
+    Ok(fall < SETTLED * least)
 }
 
 /// Adds a triangle's gradient, negated, and its 6 x 6 matrix (lower triangle, row by row) for its free nodes.

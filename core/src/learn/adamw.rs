@@ -70,7 +70,9 @@ mod tests {
     #[test]
     fn the_rate_falls_from_first_to_last() {
         let rate = |step| cosine_rate(1e-3, 1e-5, step, 100);
-        assert!((rate(0) - 1e-3).abs() < 1e-15 && (rate(100) - 1e-5).abs() < 1e-15 && (rate(50) - 5.05e-4).abs() < 1e-15);
+        assert!(
+            (rate(0) - 1e-3).abs() < 1e-15 && (rate(100) - 1e-5).abs() < 1e-15 && (rate(50) - 5.05e-4).abs() < 1e-15
+        );
         assert!((1..=100).all(|step| rate(step) < rate(step - 1)));
     }
 }

@@ -38,8 +38,7 @@ fn sheet(side: usize) -> Sheet {
     Sheet { positions, normals, faces, exposure }
 }
 
-const SMALL: Settings =
-    Settings { widths: Widths { hidden: 16, code: 4 }, steps: 300, batch: 0, ..Settings::STANDARD };
+const SMALL: Settings = Settings { widths: Widths { hidden: 16, code: 4 }, steps: 300, batch: 0, ..Settings::STANDARD };
 
 struct Result {
     q: Vec<f32>,
@@ -49,18 +48,21 @@ struct Result {
     summary: core::result::Result<Summary, TrainError>,
 }
 
-fn run(sheet: &Sheet, settings: &Settings, path: Path, workers: &dyn Workers, watch: &mut dyn Watch, less: usize) -> Result {
+fn run(
+    sheet: &Sheet,
+    settings: &Settings,
+    path: Path,
+    workers: &dyn Workers,
+    watch: &mut dyn Watch,
+    less: usize,
+) -> Result {
     let n = sheet.exposure.len();
     let mut bytes = vec![0; train_need(n, sheet.faces.len() / 3, settings) - less];
     let (mut q, mut scores) = (vec![-7.0; 2 * n], vec![-7.0; n]);
     let (mut weights, mut curve) = (vec![-7.0; settings.widths.parameter_count()], vec![Sample::default(); 10]);
     let output = Output { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
-    let input = Input {
-        positions: &sheet.positions,
-        normals: &sheet.normals,
-        faces: &sheet.faces,
-        exposure: &sheet.exposure,
-    };
+    let input =
+        Input { positions: &sheet.positions, normals: &sheet.normals, faces: &sheet.faces, exposure: &sheet.exposure };
     let summary = train(output, input, settings, path, workers, watch, &mut Scratch::new(&mut bytes));
     Result { q, scores, weights, curve, summary }
 }
@@ -142,7 +144,10 @@ fn evaluation_at_one_vertex_gives_the_bits_of_training_at_all() {
     }
     bytes.pop();
     let scratch = &mut Scratch::new(&mut bytes);
-    assert!(evaluate(&mut [0.0; 2], &result.weights, settings.widths, &frame, &[0.0; 3], Path::Plain, &Serial, scratch).is_err());
+    assert!(
+        evaluate(&mut [0.0; 2], &result.weights, settings.widths, &frame, &[0.0; 3], Path::Plain, &Serial, scratch)
+            .is_err()
+    );
 }
 
 #[test]
@@ -162,11 +167,18 @@ fn what_cannot_be_learned_is_an_error_and_odd_meshes_are_not() {
     assert_eq!(fails(&|s| s.faces[4] = 16), Err(TrainError::Corner { face: 1 }));
     assert_eq!(fails(&|s| s.positions[5] = f32::NAN), Err(TrainError::NotFinite { vertex: 1 }));
     assert!(matches!(fails(&|s| s.normals.truncate(9)), Err(TrainError::Length { what: "normals", .. })));
-    assert_eq!(fails(&|s| *s = Sheet { positions: vec![], normals: vec![], faces: vec![], exposure: vec![] }), Err(TrainError::Empty));
+    assert_eq!(
+        fails(&|s| *s = Sheet { positions: vec![], normals: vec![], faces: vec![], exposure: vec![] }),
+        Err(TrainError::Empty)
+    );
     assert!(fails(&|s| s.faces.clear()).is_ok(), "points without faces");
     assert!(fails(&|s| s.positions.fill(0.25)).is_ok(), "one place for all");
     assert!(fails(&|s| s.faces.copy_from_slice(&[3; 54])).is_ok(), "faces without area");
-    assert!(fails(&|s| *s = Sheet { positions: vec![1.0; 3], normals: vec![0.0; 3], faces: vec![0, 0, 0], exposure: vec![1.0] }).is_ok());
+    assert!(
+        fails(&|s| *s =
+            Sheet { positions: vec![1.0; 3], normals: vec![0.0; 3], faces: vec![0, 0, 0], exposure: vec![1.0] })
+        .is_ok()
+    );
 }
 
 #[test]

@@ -9,6 +9,12 @@ use crate::rays::diameter::{DiameterSettings, diameter, diameter_need};
 use crate::segment::parts::{Settings, Summary, Surface, parts, parts_need};
 use glam::Vec3;
 
+/// Rays for the shape diameter over the whole mesh: 60 a face (DESIGN 4.3) up to 10,000 faces, then fewer a face. Where
+/// faces are many, neighbours measure the same place.
+const RAYS_IN_ALL: usize = 600_000;
+/// Rays a face, most and least.
+const RAYS: (usize, usize) = (60, 16);
+
 /// Scratch bytes for [`partition`].
 pub fn partition_need(faces: usize, vertices: usize, bvh: &dyn BuildBvh) -> usize {
     bytes_for::<Vec3>(vertices) + Scene::need(faces, bvh) + diameter_need(faces).max(parts_need(faces, vertices))
@@ -32,7 +38,8 @@ pub fn partition(
     let positions = scratch.take::<Vec3>(mesh.positions.len())?;
     positions.iter_mut().zip(mesh.positions).for_each(|(p, q)| *p = q.as_vec3());
     let scene = Scene::new(positions, mesh.faces, bvh, &mut scratch)?;
-    let cone = DiameterSettings { seed: settings.seed, ..Default::default() };
+    let rays = (RAYS_IN_ALL / mesh.faces.len().max(1)).clamp(RAYS.1, RAYS.0);
+    let cone = DiameterSettings { seed: settings.seed, rays };
     diameter(diameter_out, mesh, twin, &scene, &cone, scratch.frame(), workers)?;
     let sees = |from: Vec3, to: Vec3| {
         scene.closest(&Ray { origin: from, direction: to - from }).is_none_or(|hit| hit.distance > 1.0)

@@ -212,3 +212,42 @@ fn eye_of(surface: &Surface, face: u32, width: f64) -> Vec3 {
     let middle = super::patches::centroid(surface.mesh, face);
     (if length > 0.0 { middle - normal * (depth / length) } else { middle }).as_vec3()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::random::unit_f64;
+    use std::{vec, vec::Vec};
+
+    #[test]
+    fn a_matrix_times_its_inverse_is_one() {
+        let m = 17;
+        let root: Vec<f64> = (0..m * m).map(|k| unit_f64(1, 2, k as u64) - 0.5).collect();
+        let product = |a: &[f64], b: &[f64], transposed: bool| -> Vec<f64> {
+            let entry = |i: usize, j: usize| {
+                (0..m).map(|k| a[i * m + k] * if transposed { b[j * m + k] } else { b[k * m + j] }).sum()
+            };
+            (0..m * m).map(|k| entry(k / m, k % m)).collect()
+        };
+        let mut matrix = product(&root, &root, true);
+        (0..m).for_each(|i| matrix[i * m + i] += 0.1);
+        let mut inverse = matrix.clone();
+        invert(&mut inverse, m);
+        for (k, x) in product(&matrix, &inverse, false).iter().enumerate() {
+            // Condition below 1e3, some twenty roundings an entry.
+            assert!((x - f64::from(u8::from(k / m == k % m))).abs() < 1e-11, "{k} {x}");
+        }
+    }
+
+    #[test]
+    fn resistances_in_a_row_add_up() {
+        // Three nodes, conductances 2 and 0.5: resistances 0.5, 2, together 2.5, but for the little that is grounded.
+        let mut matrix = [2.0, -2.0, 0.0, -2.0, 2.5, -0.5, 0.0, -0.5, 0.5];
+        (0..3).for_each(|i| matrix[4 * i] += GROUND);
+        invert(&mut matrix, 3);
+        let resistance = |i: usize, j: usize| matrix[4 * i] + matrix[4 * j] - 2.0 * matrix[3 * i + j];
+        for (i, j, expected) in [(0, 1, 0.5), (1, 2, 2.0), (0, 2, 2.5)] {
+            assert!((resistance(i, j) - expected).abs() < 1e-6, "{}", resistance(i, j));
+        }
+    }
+}

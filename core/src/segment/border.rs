@@ -15,7 +15,7 @@ use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::view::NONE;
 
 /// Width of the band as a share of the root of the area.
-const WIDTH: f64 = 0.06;
+const WIDTH: f64 = 0.03;
 /// What staying near the old border is worth.
 const PULL: f64 = 0.5;
 /// Radians of inward turn that make an edge cheaper by e.
@@ -23,7 +23,7 @@ const GIVE: f64 = 0.3;
 /// Least cost of an edge, as a share of its length.
 const LEAST: f64 = 0.05;
 /// Rounds of expansion at the most.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 
 /// Bytes that [`smooth_border`] takes.
 pub const fn smooth_border_need(faces: usize) -> usize {

@@ -22,7 +22,7 @@ pub const fn by_sight_need(faces: usize) -> usize {
     let patches = patches_need(faces) + 2 * bytes_for::<f64>(faces) + bytes_for::<f64>(3 * faces);
     let clustering = steps + pairs + patches + affinity_need(faces, m) + merge_need(m);
     let borders = smooth_border_need(faces) + tidy_need(faces);
-    (if clustering > borders { clustering } else { borders }) + tidy_need(faces)
+    bytes_for::<u32>(faces) + (if clustering > borders { clustering } else { borders })
 }
 
 /// Labels of `surface`, as many as it has or `wanted`.
@@ -35,11 +35,17 @@ pub fn by_sight(
     workers: &dyn Workers,
 ) -> Result<Summary, ScratchTooSmall> {
     cluster(labels, surface, dual, wanted, scratch.frame(), workers)?;
-    let count = connected(labels, dual, scratch.frame())?;
-    smooth_border(labels, count, surface, dual, scratch.frame())?;
+    let parts = connected(labels, dual, scratch.frame())?;
+    let rough = scratch.take::<u32>(labels.len())?;
+    rough.copy_from_slice(labels);
+    smooth_border(labels, parts, surface, dual, scratch.frame())?;
     let count = connected(labels, dual, scratch.frame())?;
     let crumb = CRUMB * dual.area.iter().sum::<f64>();
-    let parts = absorb(labels, count, dual, &|area, _| area < crumb, scratch)?;
+    // A part below a crumb's size is not taken for one: only what smoothing has cut off goes.
+    let count = if count > parts { absorb(labels, count, dual, &|a, _| a < crumb, scratch)? } else { count };
+    if count != parts {
+        labels.copy_from_slice(rough); // smoothing has swallowed a part or cut one in two
+    }
     Ok(Summary { parts, clusters: 0 })
 }
 

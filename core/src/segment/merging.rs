@@ -115,3 +115,69 @@ impl Clusters<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::{vec, vec::Vec};
+
+    /// Patches in a row, each a neighbour of the next, at places on a line; the pairs' distance is that of their places.
+    fn run(place: &[f64], wanted: Option<usize>) -> Vec<u32> {
+        let m = place.len();
+        let mut sum: Vec<f64> = (0..m * m).map(|k| (place[k / m] - place[k % m]).abs()).collect();
+        let mut adjacent: Vec<u8> = (0..m * m).map(|k| u8::from((k / m).abs_diff(k % m) == 1)).collect();
+        let (mut cluster, share) = (vec![0; m], vec![1.0 / m as f64; m]);
+        let mut bytes = vec![0; merge_need(m)];
+        let count = merge(&mut cluster, &mut sum, &mut adjacent, &share, wanted, Scratch::new(&mut bytes)).unwrap();
+        let mut seen = cluster.clone();
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), count);
+        cluster
+    }
+
+    #[test]
+    fn near_neighbours_join_and_far_ones_stay_apart() {
+        assert_eq!(run(&[0.0, 0.1, 0.9, 1.0, 1.1], None), [0, 0, 2, 2, 2]);
+        assert_eq!(run(&[0.0, 0.1, 0.9, 1.0, 1.1], Some(1)), [0; 5]);
+        assert_eq!(run(&[0.0, 0.1, 0.9, 1.0, 1.1], Some(9)), [0, 1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn those_who_are_no_neighbours_do_not_join_however_near() {
+        // The first and the last are at one place, what lies between is far from both.
+        assert_eq!(run(&[0.0, 5.0, 0.0], None), [0, 1, 2]);
+    }
+
+    #[test]
+    fn it_joins_what_a_search_over_all_pairs_joins() {
+        use crate::base::random::unit_f64;
+        for case in 0..20 {
+            let place: Vec<f64> = (0..12).map(|i| 2.0 * unit_f64(1, case, i)).collect();
+            // The plain way: clusters are runs of the row, the pair of runs with the least mean joins.
+            let mut runs: Vec<Vec<usize>> = (0..12).map(|i| vec![i]).collect();
+            let mean = |a: &[usize], b: &[usize]| {
+                let sum = a.iter().flat_map(|i| b.iter().map(move |j| (i, j)));
+                sum.map(|(i, j)| (place[*i] - place[*j]).abs()).sum::<f64>() / (a.len() * b.len()) as f64
+            };
+            while let Some(k) =
+                (1..runs.len()).min_by(|a, b| mean(&runs[a - 1], &runs[*a]).total_cmp(&mean(&runs[b - 1], &runs[*b])))
+            {
+                if mean(&runs[k - 1], &runs[k]) >= APART {
+                    break;
+                }
+                let joined = runs.remove(k);
+                runs[k - 1].extend(joined);
+            }
+            let expected: Vec<u32> = runs.iter().flat_map(|r| r.iter().map(|_| r[0] as u32)).collect();
+            assert_eq!(run(&place, None), expected, "{place:?}");
+        }
+    }
+
+    #[test]
+    fn no_patches_are_fine_and_one_byte_less_is_refused() {
+        assert!(run(&[], None).is_empty());
+        let mut bytes = vec![0; merge_need(1) - 1];
+        assert!(merge(&mut [0], &mut [0.0], &mut [0], &[1.0], None, Scratch::new(&mut bytes)).is_err());
+    }
+}

@@ -10,7 +10,7 @@ use crate::mesh::view::NONE;
 /// Bytes that each function of this file takes at the most.
 pub const fn tidy_need(faces: usize) -> usize {
     let edges = faces + faces / 2 + 1;
-    2 * bytes_for::<u32>(faces) + 3 * bytes_for::<f64>(faces) + bytes_for::<Border>(edges)
+    3 * bytes_for::<u32>(faces) + 2 * bytes_for::<f64>(faces) + bytes_for::<Border>(edges)
 }
 
 /// A face whose neighbours all agree on another label takes it, one with two such neighbours as well where it has three;
@@ -64,8 +64,8 @@ struct Border {
     length: f64,
 }
 
-/// Joins every region for which `small(area, faces)` holds to the neighbour with the longest common border, the smallest
-/// region first, until none is left that has a neighbour. Returns the number of regions.
+/// Joins every region for which `small(area, faces)` holds to the neighbour with the longest common border, all at once
+/// and again until none is left that has a neighbour. Returns the number of regions. O(e log e) a round, few rounds.
 pub fn absorb(
     labels: &mut [u32],
     count: usize,
@@ -73,45 +73,38 @@ pub fn absorb(
     small: &dyn Fn(f64, usize) -> bool,
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
-    let parent = scratch.take::<u32>(count)?;
-    let area = scratch.take::<f64>(count)?;
-    let faces = scratch.take::<f64>(count)?;
-    for (f, label) in labels.iter().enumerate() {
-        area[*label as usize] += dual.area[f];
-        faces[*label as usize] += 1.0;
-    }
-    let borders = borders(labels, dual, &mut scratch)?;
-    let reach = scratch.take::<f64>(count)?;
-    let mut sets = UnionFind::new(parent);
-    let mut stuck = f64::NEG_INFINITY; // regions of this area and less that have no neighbour are passed over
+    let mut count = count;
     loop {
-        let is_small = |r: &usize| small(area[*r], faces[*r] as usize) && faces[*r] > 0.0 && area[*r] > stuck;
-        let least = (0..count).filter(is_small).min_by(|a, b| area[*a].total_cmp(&area[*b]));
-        let Some(least) = least else { break };
-        reach.fill(0.0);
-        let mut best: Option<usize> = None;
-        for border in &*borders {
-            let [a, b] = border.regions.map(|r| sets.find(r) as usize);
-            let other = if a == least { b } else { a };
-            if a != b && (a == least || b == least) {
-                reach[other] += border.length;
-                if best.is_none_or(|b| reach[other] > reach[b] || (reach[other] == reach[b] && other < b)) {
-                    best = Some(other);
+        let mut frame = scratch.frame();
+        let parent = frame.take::<u32>(count)?;
+        let faces = frame.take::<u32>(count)?;
+        let area = frame.take::<f64>(count)?;
+        for (f, label) in labels.iter().enumerate() {
+            area[*label as usize] += dual.area[f];
+            faces[*label as usize] += 1;
+        }
+        let longest = frame.take::<f64>(count)?;
+        let neighbour = frame.take_filled::<u32>(count, NONE)?;
+        for border in &*borders(labels, dual, &mut frame)? {
+            let [a, b] = border.regions;
+            for (region, other) in [(a as usize, b), (b as usize, a)] {
+                // Borders come in order of their regions, so the first of equals is the lower neighbour.
+                if neighbour[region] == NONE || border.length > longest[region] {
+                    (longest[region], neighbour[region]) = (border.length, other);
                 }
             }
         }
-        let Some(other) = best else {
-            stuck = area[least];
-            continue;
-        };
-        sets.union(least as u32, other as u32);
-        let (kept, gone) = (least.min(other), least.max(other));
-        area[kept] += area[gone];
-        faces[kept] += core::mem::take(&mut faces[gone]);
+        let mut sets = UnionFind::new(parent);
+        for region in (0..count).filter(|r| small(area[*r], faces[*r] as usize) && neighbour[*r] != NONE) {
+            sets.union(region as u32, neighbour[region]);
+        }
+        let left = sets.number();
+        labels.iter_mut().for_each(|l| *l = parent[*l as usize]);
+        if left == count {
+            return Ok(count);
+        }
+        count = left;
     }
-    let count = sets.number();
-    labels.iter_mut().for_each(|l| *l = parent[*l as usize]);
-    Ok(count)
 }
 
 /// Joins neighbours whose mean `value` (area-weighted) differs by less than `apart`, the most alike first.

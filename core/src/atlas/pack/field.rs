@@ -2,7 +2,7 @@
 //!
 //! The field holds the signed distance to the border (negative inside) at the nodes of a lattice around the chart:
 //! exact beside the border, from the nearest segment of a neighbouring node farther off. The points stand at even
-//! steps along the border, in runs of up to 6 under one circle; since distances change no faster than one moves, one
+//! steps along the border, in runs of up to 8 under one circle, these in runs of 8 under a larger one; since distances change no faster than one moves, one
 //! look-up at a run's centre settles most runs. All of it is f32: 1e-7 of the square, far below a texel.
 //! Limits: between nodes the field is bilinear, so depth is right to a fraction of a lattice step at corners; the
 //! exact check has the last word.
@@ -19,10 +19,10 @@ pub(super) const NODES: usize = 1 << 17;
 /// 2048 1 % less, with 512 about the same.
 pub(super) const POINTS: usize = 1024;
 const POINTS_LEAST: usize = 24;
-/// Points under one circle.
-const RUN: usize = 6;
+/// Points under one circle, and circles under a larger one: as many as a vector register of AVX2 holds.
+const RUN: usize = 8;
 
-/// A run of border points.
+/// A run of border points, or of such runs, and a circle around it.
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct Run {
@@ -41,8 +41,8 @@ pub(super) struct Shape {
     last: Vec2,
     columns: u32,
     first_node: u32,
-    pub first_run: u32,
-    pub run_count: u32,
+    first_group: u32,
+    pub group_count: u32,
     pub radius: f32,
 }
 
@@ -50,6 +50,8 @@ pub(super) struct Shape {
 #[derive(Clone, Copy)]
 pub(super) struct Fields<'a> {
     pub shapes: &'a [Shape], // (k)
+    /// Runs of runs.
+    groups: &'a [Run],
     pub runs: &'a [Run],
     pub points: &'a [Vec2],
     nodes: &'a [f32],
@@ -68,7 +70,7 @@ fn points_bound(edge_count: usize, chart_count: usize) -> usize {
 pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
     let points = points_bound(edge_count, chart_count);
     bytes_for::<Shape>(chart_count)
-        + bytes_for::<Run>(points)
+        + 2 * bytes_for::<Run>(points)
         + bytes_for::<Vec2>(points)
         + bytes_for::<f32>(NODES)
         + bytes_for::<u32>(NODES)
@@ -81,6 +83,7 @@ impl<'a> Fields<'a> {
         let count = outlines.count();
         let shapes = scratch.take::<Shape>(count)?;
         let bound = points_bound(outlines.edges.len(), count);
+        let groups = scratch.take::<Run>(bound)?;
         let runs = scratch.take::<Run>(bound)?;
         let points = scratch.take::<Vec2>(bound)?;
         let nodes = scratch.take::<f32>(NODES)?;
@@ -91,7 +94,7 @@ impl<'a> Fields<'a> {
         let step = lattice_step(outlines, margin);
         let length: f64 = outlines.edges.iter().map(|e| e[0].distance(e[1])).sum();
         let spacing = length / POINTS as f64;
-        let (mut first_node, mut run_count, mut point_count) = (0, 0, 0);
+        let (mut first_node, mut group_count, mut run_count, mut point_count) = (0, 0, 0, 0);
         for (chart, shape) in shapes.iter_mut().enumerate() {
             let edges = outlines.edges_of(chart);
             let [low, _] = outlines.turned_box(chart, DVec2::X);
@@ -102,25 +105,30 @@ impl<'a> Fields<'a> {
             lattice.fill(&mut nodes[range.clone()], &mut nearest[range.clone()], &mut winding[range], edges);
             let first_run = run_count;
             walk(edges, spacing, runs, &mut run_count, points, &mut point_count);
+            let first_group = group_count;
+            for first in (first_run..run_count).step_by(RUN) {
+                groups[group_count] = around(&runs[..run_count.min(first + RUN)], first);
+                group_count += 1;
+            }
             *shape = Shape {
                 low: low.as_vec2(),
                 columns: columns as u32,
                 last: Vec2::new(columns as f32 - 1.001, rows as f32 - 1.001),
                 first_node: first_node as u32,
-                first_run: first_run as u32,
-                run_count: (run_count - first_run) as u32,
+                first_group: first_group as u32,
+                group_count: (group_count - first_group) as u32,
                 radius: outlines.radius[chart] as f32,
             };
             first_node += columns * rows;
         }
         let scale = (1.0 / step) as f32;
-        Ok(Self { shapes, runs, points, nodes, scale, spacing: spacing as f32 })
+        Ok(Self { shapes, groups, runs, points, nodes, scale, spacing: spacing as f32 })
     }
 
-    /// Runs of a chart.
+    /// Runs of runs of a chart.
     #[inline]
-    pub fn runs_of(&self, shape: &Shape) -> &'a [Run] {
-        &self.runs[shape.first_run as usize..][..shape.run_count as usize]
+    pub fn groups_of(&self, shape: &Shape) -> &'a [Run] {
+        &self.groups[shape.first_group as usize..][..shape.group_count as usize]
     }
 
     /// Lattice coordinates of `p`, drawn into the lattice.
@@ -145,6 +153,40 @@ impl<'a> Fields<'a> {
         let inside = self.sample(shape, near);
         let beyond = (q - near).abs().max_element() / self.scale;
         if beyond > 0.0 { beyond } else { inside }
+    }
+
+    /// How deep points, turned and shifted, lie in the chart grown by `gap`, summed in a fixed order. A full run is one
+    /// stretch of plain loops, which `base::vector::wide` compiles for wider registers.
+    #[inline(always)]
+    pub fn depth(&self, shape: &Shape, points: &[Vec2], turn: Vec2, shift: Vec2, gap: f32) -> f32 {
+        let Ok(points) = <&[Vec2; RUN]>::try_from(points) else {
+            return points.iter().map(|p| (gap - self.distance(shape, turn.rotate(*p) + shift)).max(0.0)).sum();
+        };
+        let (mut x, mut y, mut at) = ([0.0f32; RUN], [0.0f32; RUN], [0i32; RUN]);
+        for i in 0..RUN {
+            let p = points[i];
+            x[i] = ((turn.x * p.x - turn.y * p.y + shift.x - shape.low.x) * self.scale).max(0.0).min(shape.last.x);
+            y[i] = ((turn.y * p.x + turn.x * p.y + shift.y - shape.low.y) * self.scale).max(0.0).min(shape.last.y);
+        }
+        for i in 0..RUN {
+            let (column, row) = (x[i] as i32, y[i] as i32);
+            (x[i], y[i]) = (x[i] - column as f32, y[i] - row as f32);
+            at[i] = shape.first_node as i32 + row * shape.columns as i32 + column;
+        }
+        let mut corner = [[0.0f32; RUN]; 4];
+        for i in 0..RUN {
+            let first = at[i] as usize;
+            let Some(cells) = self.nodes.get(first..first + shape.columns as usize + 2) else { continue };
+            let [a, b, .., c, d] = cells else { continue };
+            (corner[0][i], corner[1][i], corner[2][i], corner[3][i]) = (*a, *b, *c, *d);
+        }
+        let mut depth = [0.0f32; RUN];
+        for i in 0..RUN {
+            let low = corner[0][i] + (corner[1][i] - corner[0][i]) * x[i];
+            let high = corner[2][i] + (corner[3][i] - corner[2][i]) * x[i];
+            depth[i] = (gap - (low + (high - low) * y[i])).max(0.0);
+        }
+        depth.iter().sum()
     }
 
     #[inline(always)]
@@ -204,6 +246,16 @@ fn walk(
         // Never quite 0, which marks a run without a circle.
         run.radius = own.iter().map(|p| p.distance(run.centre)).fold(1e-6, f32::max) * (1.0 + 1e-6);
     }
+}
+
+/// The runs from `first` on as one, with a circle around theirs.
+fn around(runs: &[Run], first: usize) -> Run {
+    let own = &runs[first..];
+    let (low, high) =
+        own.iter().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(l, h), r| (l.min(r.centre), h.max(r.centre)));
+    let centre = (low + high) * 0.5;
+    let radius = own.iter().map(|r| r.centre.distance(centre) + r.radius).fold(0.0, f32::max) * (1.0 + 1e-6);
+    Run { centre, radius, first: first as u32, count: own.len() as u32 }
 }
 
 /// The point of the border between lengths `from` and `to` that sticks out farthest; and the edge that holds `to`, with

@@ -37,8 +37,16 @@ pub trait Float:
     /// Columns of a packed panel of B.
     fn panel(path: Path) -> usize;
 
-    /// Adds A B to rows of C (a multiple of `columns` values); `a` begins at the first of them.
-    fn fill_rows(path: Path, rows: &mut [Self], columns: usize, depth: usize, a: Matrix<Self>, packed: &[Self]);
+    /// Adds A B to rows of C (a multiple of `columns` values), or to zero whatever stands there; `a` begins at the first.
+    fn fill_rows(
+        path: Path,
+        rows: &mut [Self],
+        columns: usize,
+        depth: usize,
+        a: Matrix<Self>,
+        packed: &[Self],
+        begins_at_zero: bool,
+    );
 }
 
 impl Float for f32 {
@@ -68,11 +76,19 @@ impl Float for f32 {
         }
     }
 
-    fn fill_rows(path: Path, rows: &mut [f32], columns: usize, depth: usize, a: Matrix<f32>, packed: &[f32]) {
+    fn fill_rows(
+        path: Path,
+        rows: &mut [f32],
+        columns: usize,
+        depth: usize,
+        a: Matrix<f32>,
+        packed: &[f32],
+        zero: bool,
+    ) {
         match path {
             #[cfg(target_arch = "x86_64")]
-            Path::Avx2 | Path::Avx512 => super::x86::fill_rows(path, rows, columns, depth, a, packed),
-            _ => plain::fill_rows(rows, columns, depth, a, packed, super::fused::fused),
+            Path::Avx2 | Path::Avx512 => super::x86::fill_rows(path, rows, columns, depth, a, packed, zero),
+            _ => plain::fill_rows(rows, columns, depth, a, packed, zero, super::fused::fused),
         }
     }
 }
@@ -100,7 +116,7 @@ impl Float for f64 {
         plain::WIDTH
     }
 
-    fn fill_rows(_: Path, rows: &mut [f64], columns: usize, depth: usize, a: Matrix<f64>, packed: &[f64]) {
-        plain::fill_rows(rows, columns, depth, a, packed, |a, b, c| a * b + c);
+    fn fill_rows(_: Path, rows: &mut [f64], columns: usize, depth: usize, a: Matrix<f64>, packed: &[f64], zero: bool) {
+        plain::fill_rows(rows, columns, depth, a, packed, zero, |a, b, c| a * b + c);
     }
 }

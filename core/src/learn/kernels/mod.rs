@@ -182,19 +182,13 @@ pub fn product<T: Float>(
     let (packed, block) = (&*packed, shape.block());
     for_each_chunk(workers, &mut c[..rows * columns], block * columns, &|task, rows| {
         match start {
-            Start::Zero => rows.fill(T::ZERO),
-            Start::Sum => {}
+            Start::Zero if depth == 0 => rows.fill(T::ZERO),
+            Start::Zero | Start::Sum => {}
             Start::Bias(bias) => rows.chunks_exact_mut(columns).for_each(|row| row.copy_from_slice(bias)),
         }
         let first = task * block;
-        T::fill_rows(
-            path,
-            rows,
-            columns,
-            depth,
-            Matrix { data: &a.data[(first * a.row).min(a.data.len())..], ..a },
-            packed,
-        );
+        let a = Matrix { data: &a.data[(first * a.row).min(a.data.len())..], ..a };
+        T::fill_rows(path, rows, columns, depth, a, packed, matches!(start, Start::Zero));
         finish.apply(rows, first, columns);
     });
 }
@@ -218,25 +212,27 @@ fn pack<T: Float>(out: &mut [T], b: Matrix<T>, first: usize, width: usize, colum
     }
 }
 
-/// Copies `height` rows of A from `row`, depth `slab`, so that one step of the depth lies together; rows beyond
-/// `there` become zero.
+/// Copies rows `row..end` of A (up to `HEIGHT`), depth `slab`, so that one step of the depth lies together; rows that
+/// are missing become zero.
 #[inline(always)]
-fn pack_rows<T: Float>(
+fn pack_rows<T: Float, const HEIGHT: usize>(
     out: &mut [T],
     a: Matrix<T>,
     row: usize,
-    height: usize,
-    there: usize,
+    end: usize,
     slab: core::ops::Range<usize>,
 ) {
-    for r in 0..height {
-        if r < there {
-            let from = (row + r) * a.row;
-            for (i, k) in slab.clone().enumerate() {
-                out[i * height + r] = a.data[from + k * a.column];
-            }
-        } else {
-            (0..slab.len()).for_each(|i| out[i * height + r] = T::ZERO);
+    let there = end - row;
+    let (steps, _) = out.as_chunks_mut::<HEIGHT>();
+    if a.row == 1 && there == HEIGHT {
+        for (step, k) in steps.iter_mut().zip(slab) {
+            step.copy_from_slice(&a.data[row + k * a.column..][..HEIGHT]);
+        }
+        return;
+    }
+    for (step, k) in steps.iter_mut().zip(slab) {
+        for (r, x) in step.iter_mut().enumerate() {
+            *x = if r < there { a.data[(row + r) * a.row + k * a.column] } else { T::ZERO };
         }
     }
 }

@@ -13,6 +13,7 @@ pub(super) fn fill_rows<T: Float>(
     depth: usize,
     a: Matrix<T>,
     packed: &[T],
+    begins_at_zero: bool,
     fused: impl Fn(T, T, T) -> T + Copy,
 ) {
     let count = rows.len() / columns;
@@ -20,12 +21,13 @@ pub(super) fn fill_rows<T: Float>(
         for row in (0..count).step_by(HEIGHT) {
             let height = HEIGHT.min(count - row);
             let mut left = [T::ZERO; HEIGHT * SLAB];
-            pack_rows(&mut left, a, row, HEIGHT, height, slab.clone());
+            pack_rows::<T, HEIGHT>(&mut left, a, row, row + height, slab.clone());
+            let begins = begins_at_zero && slab.start == 0;
             for column in (0..columns).step_by(WIDTH) {
                 let width = WIDTH.min(columns - column);
                 let panel = &packed[column * depth..][slab.start * WIDTH..slab.end * WIDTH];
                 let mut tile = [[T::ZERO; WIDTH]; HEIGHT];
-                for (r, line) in tile.iter_mut().enumerate().take(height) {
+                for (r, line) in tile.iter_mut().enumerate().take(if begins { 0 } else { height }) {
                     line[..width].copy_from_slice(&rows[(row + r) * columns + column..][..width]);
                 }
                 for (x, y) in left.chunks_exact(HEIGHT).zip(panel.chunks_exact(WIDTH)) {

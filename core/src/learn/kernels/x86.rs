@@ -27,14 +27,22 @@ pub(super) fn panel(path: Path) -> usize {
 }
 
 /// See [`super::Float::fill_rows`]. Panics where the machine lacks the instructions.
-pub(super) fn fill_rows(path: Path, rows: &mut [f32], columns: usize, depth: usize, a: Matrix<f32>, packed: &[f32]) {
+pub(super) fn fill_rows(
+    path: Path,
+    rows: &mut [f32],
+    columns: usize,
+    depth: usize,
+    a: Matrix<f32>,
+    packed: &[f32],
+    begins_at_zero: bool,
+) {
     assert!(has(path), "the machine has no {path:?}");
     assert!(packed.len() >= columns.next_multiple_of(panel(path)) * depth);
     // SAFETY: the instructions are there, as just found, and the packed panels are complete.
     unsafe {
         match path {
-            Path::Avx512 => wide512::fill_rows(rows, columns, depth, a, packed),
-            _ => wide256::fill_rows(rows, columns, depth, a, packed),
+            Path::Avx512 => wide512::fill_rows(rows, columns, depth, a, packed, begins_at_zero),
+            _ => wide256::fill_rows(rows, columns, depth, a, packed, begins_at_zero),
         }
     }
 }
@@ -49,25 +57,43 @@ macro_rules! path {
 
             /// SAFETY: the machine has the instructions and `packed` holds all panels of `depth` rows.
             #[target_feature(enable = $features)]
-            pub unsafe fn fill_rows(rows: &mut [f32], columns: usize, depth: usize, a: Matrix<f32>, packed: &[f32]) {
+            pub unsafe fn fill_rows(
+                rows: &mut [f32],
+                columns: usize,
+                depth: usize,
+                a: Matrix<f32>,
+                packed: &[f32],
+                begins_at_zero: bool,
+            ) {
                 let count = rows.len() / columns;
                 let mut left = [0.0; PACKED_ROWS * SLAB];
                 for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
-                    let size = HEIGHT * slab.len();
+                    let (size, begins) = (HEIGHT * slab.len(), begins_at_zero && slab.start == 0);
                     for block in (0..count).step_by(PACKED_ROWS) {
                         let end = (block + PACKED_ROWS).min(count);
+                        // Whole tiles of rows that lie along the depth are read where they are.
+                        let is_direct = |row: usize| a.column == 1 && row + HEIGHT <= end;
                         for (row, out) in (block..end).step_by(HEIGHT).zip(left.chunks_exact_mut(size)) {
-                            pack_rows(out, a, row, HEIGHT, HEIGHT.min(end - row), slab.clone());
+                            if !is_direct(row) {
+                                pack_rows::<f32, HEIGHT>(out, a, row, end.min(row + HEIGHT), slab.clone());
+                            }
                         }
                         for column in (0..columns).step_by(WIDTH) {
                             let panel = &packed[column * depth..][slab.start * WIDTH..slab.end * WIDTH];
                             for (row, left) in (block..end).step_by(HEIGHT).zip(left.chunks_exact(size)) {
+                                let left = if is_direct(row) {
+                                    let rows = &a.data[row * a.row..];
+                                    assert!(rows.len() >= (HEIGHT - 1) * a.row + slab.end);
+                                    (rows[slab.start..].as_ptr(), a.row, 1)
+                                } else {
+                                    (left.as_ptr(), 1, HEIGHT)
+                                };
                                 let (height, width) = (HEIGHT.min(end - row), WIDTH.min(columns - column));
                                 let at = row * columns + column;
                                 if height == HEIGHT && width == WIDTH {
                                     assert!(at + (HEIGHT - 1) * columns + WIDTH <= rows.len());
                                     // SAFETY: the tile's six rows lie inside `rows`, as just seen.
-                                    unsafe { tile(rows.as_mut_ptr().add(at), columns, left, panel) };
+                                    unsafe { tile(rows.as_mut_ptr().add(at), columns, left, panel, begins) };
                                 } else {
                                     let mut edge = [0.0; HEIGHT * WIDTH];
                                     for r in 0..height {
@@ -75,7 +101,7 @@ macro_rules! path {
                                         edge[r * WIDTH..][..width].copy_from_slice(from);
                                     }
                                     // SAFETY: the tile is the whole of `edge`.
-                                    unsafe { tile(edge.as_mut_ptr(), WIDTH, left, panel) };
+                                    unsafe { tile(edge.as_mut_ptr(), WIDTH, left, panel, begins) };
                                     for r in 0..height {
                                         let to = &mut rows[at + r * columns..][..width];
                                         to.copy_from_slice(&edge[r * WIDTH..][..width]);
@@ -87,33 +113,43 @@ macro_rules! path {
                 }
             }
 
-            /// Adds left (HEIGHT values a step) times panel (WIDTH values a step) to a tile of C.
-            /// SAFETY: HEIGHT rows of WIDTH values, `stride` apart, can be read and written at `c`.
+            /// Adds left times panel (WIDTH values a step) to a tile of C, or to zero. `left` is a pointer, the distance of
+            /// its rows and that of its steps.
+            /// SAFETY: HEIGHT rows of WIDTH values, `stride` apart, can be read and written at `c`; HEIGHT rows of as many
+            /// steps as `panel` has can be read at `left`.
             #[target_feature(enable = $features)]
             #[inline]
-            unsafe fn tile(c: *mut f32, stride: usize, left: &[f32], panel: &[f32]) {
-                assert!(left.len() * WIDTH == panel.len() * HEIGHT);
+            unsafe fn tile(
+                c: *mut f32,
+                stride: usize,
+                left: (*const f32, usize, usize),
+                panel: &[f32],
+                begins_at_zero: bool,
+            ) {
                 let mut sums = [[$zero(); $vectors]; HEIGHT];
-                // SAFETY: the caller's rows; and the steps of `left` and `panel` are as many, as just seen.
+                // SAFETY: the caller's rows and steps.
                 unsafe {
-                    for r in 0..HEIGHT {
-                        for v in 0..$vectors {
-                            sums[r][v] = $load(c.add(r * stride + v * $lanes));
+                    if !begins_at_zero {
+                        for r in 0..HEIGHT {
+                            for v in 0..$vectors {
+                                sums[r][v] = $load(c.add(r * stride + v * $lanes));
+                            }
                         }
                     }
-                    let (mut x, mut y) = (left.as_ptr(), panel.as_ptr());
-                    for _ in 0..left.len() / HEIGHT {
+                    let (mut x, row, step) = left;
+                    let mut y = panel.as_ptr();
+                    for _ in 0..panel.len() / WIDTH {
                         let mut right: [$vector; $vectors] = [$zero(); $vectors];
                         for v in 0..$vectors {
                             right[v] = $load(y.add(v * $lanes));
                         }
                         for r in 0..HEIGHT {
-                            let value = $broadcast(*x.add(r));
+                            let value = $broadcast(*x.add(r * row));
                             for v in 0..$vectors {
                                 sums[r][v] = $fused(value, right[v], sums[r][v]);
                             }
                         }
-                        (x, y) = (x.add(HEIGHT), y.add(WIDTH));
+                        (x, y) = (x.wrapping_add(step), y.wrapping_add(WIDTH));
                     }
                     for r in 0..HEIGHT {
                         for v in 0..$vectors {

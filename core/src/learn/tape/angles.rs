@@ -87,7 +87,7 @@ impl Operation for Angles {
                 let at = turned(face, c);
                 let corner = Corner::<T, 2>::new(x, at);
                 let [u, v] = corner.lengths;
-                if !(u * v > T::ZERO) {
+                if u * v <= T::ZERO {
                     continue;
                 }
                 let cosine = corner.cosine();

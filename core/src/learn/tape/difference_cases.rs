@@ -4,19 +4,22 @@
 use super::*;
 use std::boxed::Box;
 
+/// Writes inputs and tables of a case.
+pub(super) type Fill = Box<dyn Fn(&mut [f64], &mut [u32])>;
+
 /// A graph that ends in `y`, the parameters to move, and how its inputs and tables are filled.
 pub(super) struct Case {
     pub operation: &'static str,
     pub tape: Tape,
     pub parameters: std::vec::Vec<Var>,
     pub y: Var,
-    pub fill: Box<dyn Fn(&mut [f64], &mut [u32])>,
+    pub fill: Fill,
 }
 
 fn case(
     operation: &'static str,
     shapes: &[(usize, usize)],
-    record: impl FnOnce(&mut Tape, &[Var]) -> (Var, Box<dyn Fn(&mut [f64], &mut [u32])>),
+    record: impl FnOnce(&mut Tape, &[Var]) -> (Var, Fill),
 ) -> Case {
     let mut tape = Tape::new();
     let parameters: std::vec::Vec<Var> = shapes.iter().map(|(r, c)| tape.parameter(*r, *c)).collect();
@@ -24,18 +27,18 @@ fn case(
     Case { operation, tape, parameters, y, fill }
 }
 
-fn nothing() -> Box<dyn Fn(&mut [f64], &mut [u32])> {
+fn nothing() -> Fill {
     Box::new(|_, _| {})
 }
 
-fn indices(table: Table, values: &'static [u32]) -> Box<dyn Fn(&mut [f64], &mut [u32])> {
+fn indices(table: Table, values: &'static [u32]) -> Fill {
     Box::new(move |_, indices| table.of_mut(indices).copy_from_slice(values))
 }
 
 const FACES: [u32; 9] = [0, 1, 2, 2, 1, 3, 4, 0, 2];
 
 /// Rest of three faces, and the faces.
-fn rest(rest: Var, faces: Table) -> Box<dyn Fn(&mut [f64], &mut [u32])> {
+fn rest(rest: Var, faces: Table) -> Fill {
     Box::new(move |values, indices| {
         faces.of_mut(indices).copy_from_slice(&FACES);
         let p = [[0.1, 0.2, 0.3], [1.0, 0.1, 0.2], [0.3, 0.9, 0.1], [1.2, 1.1, 0.6], [-0.5, 0.4, 0.9]];

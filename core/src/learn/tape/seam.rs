@@ -96,7 +96,7 @@ impl Operation for Reach {
                 continue;
             }
             for (length, &j) in lengths.into_iter().zip(ring) {
-                if j == NONE || !(length > T::ZERO) {
+                if j == NONE || length <= T::ZERO {
                     continue;
                 }
                 let pull = *d * exp(T::of(GAMMA) * (length - largest)) / (sum * length);
