@@ -65,12 +65,10 @@ pub fn smooth_border(
     let near = dual.sides.iter().filter(|s| is_near(s)).count();
     let edges = scratch.take::<[u32; 2]>(near)?;
     let weight = scratch.take::<i64>(near)?;
-    let mut kept = 0;
-    for (e, sides) in dual.sides.iter().enumerate().filter(|(_, s)| is_near(s)) {
+    for (kept, (e, sides)) in dual.sides.iter().enumerate().filter(|(_, s)| is_near(s)).enumerate() {
         edges[kept] = sides.map(|f| place[f as usize]);
         let cost = real::exp(dual.turn[e].min(0.0) / GIVE).max(LEAST);
         weight[kept] = fixed(dual.length[e] / width * cost);
-        kept += 1;
     }
     let old = scratch.take::<u32>(used)?;
     let new = scratch.take::<u32>(used)?;
