@@ -83,7 +83,7 @@ fn fault(path: &Path, settings: &Settings) -> Option<String> {
 fn try_case(name: &str, bytes: &[u8], case: u64) {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("fuzz_{case}_{name}"));
     fs::write(&path, bytes).expect("the tests' folder can be written");
-    let charts = if case % 3 == 0 { Charts::One } else { Charts::Few };
+    let charts = if case.is_multiple_of(3) { Charts::One } else { Charts::Few };
     // Dozens of slivers take the tight packer seconds, and it has tests of its own.
     let packing = if case % 64 == 1 { Packing::Tight } else { Packing::Grid };
     let settings = Settings { rays: 8, charts, packing, ..Settings::default() };

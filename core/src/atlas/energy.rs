@@ -7,13 +7,22 @@
 //! reflection, s1 = q + r, s2 = q - r.
 //! Guarantee: the returned Hessian is positive semi-definite. Limit: F must have a positive determinant.
 
-use crate::base::real::sqrt;
+use crate::base::real::{ln, sqrt};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
 /// Weight of a triangle without area, over that of the shape it is given: enough to hold its orientation, too little to
 /// bend its neighbours.
 const FLAT_WEIGHT: f64 = 1e-3;
+
+/// Weight of ln(det F)^2 in what relaxation lowers. At the bound 1.003, mean errors of angle and area are .023 and .028 with
+/// 0, .025 and .022 with 1 (8 meshes).
+const AREA: f64 = 0.4;
+/// How far the weights of faces go from area to equal ones. With 0 small faces bear the worst
+/// distortion: the mean area error at 1.025 is .095 with 0, .087 with 0.5 (12 meshes).
+const EVEN: f64 = 0.5;
+/// Most that a small face's weight may grow: slivers stay light.
+const MOST_GAIN: f64 = 20.0;
 
 /// A triangle's rest shape: corner 0 at the origin, corner 1 on the x axis; `inverse` is the inverse of its edge matrix
 /// (upper triangular: a b / 0 d).
@@ -27,6 +36,15 @@ pub struct Rest {
     pub area: f64,
     /// Its weight in an energy: the area, or a trifle for a triangle that has none.
     pub weight: f64,
+}
+
+/// Moves the weights of faces with area half-way to equal ones. A reader of the atlas sees triangles as well as area, and
+/// fine triangles lie where the shape is rich. The sum stays, but for faces that would gain more than [`MOST_GAIN`].
+pub fn even_out(rest: &mut [Rest]) {
+    let mean = rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64;
+    for r in rest.iter_mut().filter(|r| r.area > 0.0) {
+        r.weight = (1.0 - EVEN) * r.weight + EVEN * mean.min(MOST_GAIN * r.weight);
+    }
 }
 
 impl Rest {
@@ -108,6 +126,20 @@ impl Rest {
         }
     }
 
+    /// What relaxation lowers: psi + AREA ln(det F)^2, infinite where the UV triangle is flipped or flat.
+    #[inline]
+    pub fn objective(&self, x: [DVec2; 3]) -> f64 {
+        let [c0, c1] = self.jacobian(x);
+        let det = c0.perp_dot(c1);
+        if det > 0.0 {
+            let norm = c0.dot(c0) + c1.dot(c1);
+            let log = ln(det);
+            norm * (1.0 + 1.0 / (det * det)) + AREA * log * log
+        } else {
+            f64::INFINITY
+        }
+    }
+
     /// Largest step t in [0, limit] along `p` before the triangle becomes flat: the smallest positive root of
     /// det(F(x + t p)), a quadratic in t.
     #[inline]
@@ -132,8 +164,8 @@ impl Rest {
         if root > 0.0 { root.min(limit) } else { limit }
     }
 
-    /// Gradient (6) and the lower triangle of the projected Hessian (6 x 6, row by row) over the three corners, both times
-    /// the triangle's weight.
+    /// Gradient (6) of [`objective`](Self::objective) and the lower triangle of its projected Hessian (6 x 6, row by row)
+    /// over the three corners, both times the triangle's weight.
     #[inline]
     pub fn derivatives(&self, x: [DVec2; 3]) -> ([f64; 6], [f64; 21]) {
         let [c0, c1] = self.jacobian(x);
@@ -187,6 +219,22 @@ impl Rest {
                 }
             }
         }
+        // AREA ln(det)^2 by Gauss-Newton: gradient 2 AREA ln(det) e, Hessian 2 AREA e e^T, e the gradient of ln(det).
+        let mut e = [0.0; 6];
+        for i in 0..3 {
+            let v = (DVec2::new(c1.y, -c1.x) * g[i].x + DVec2::new(-c0.y, c0.x) * g[i].y) / det;
+            e[2 * i] = v.x;
+            e[2 * i + 1] = v.y;
+        }
+        let (twice, log) = (2.0 * w * AREA, ln(det));
+        let mut at = 0;
+        for i in 0..6 {
+            gradient[i] += twice * log * e[i];
+            for entry in &e[..=i] {
+                hessian[at] += twice * e[i] * entry;
+                at += 1;
+            }
+        }
         (gradient, hessian)
     }
 }
@@ -225,7 +273,7 @@ mod tests {
                 for (end, sign) in ends.iter_mut().zip([h, -h]) {
                     let mut y = x;
                     y[i / 2][i % 2] += sign;
-                    *end = rest.energy(y) * rest.weight;
+                    *end = rest.objective(y) * rest.weight;
                 }
                 let difference = (ends[0] - ends[1]) / (2.0 * h);
                 // Truncation h^2 psi''' and rounding eps psi / h, both below 1e-8 of the scale here.
@@ -241,10 +289,25 @@ mod tests {
             let (rest, x) = triangle(seed);
             let [c0, c1] = rest.jacobian(x);
             let (n, det) = (c0.dot(c0) + c1.dot(c1), c0.perp_dot(c1));
-            if 2.0 - 2.0 * (n - det) / (det * det * det) < 0.0 {
+            if det <= 0.0 || 2.0 - 2.0 * (n - det) / (det * det * det) < 0.0 {
                 continue;
             }
             compared += 1;
+            // What Gauss-Newton leaves out: 2 AREA ln(det) times the second derivatives of ln(det). The determinant is
+            // quadratic in x, so that differences with any step are exact but for rounding.
+            let det_at = |i: usize, di: f64, j: usize, dj: f64| {
+                let mut y = x;
+                y[i / 2][i % 2] += di;
+                y[j / 2][j % 2] += dj;
+                let [c0, c1] = rest.jacobian(y);
+                c0.perp_dot(c1)
+            };
+            let slope = |i: usize| 0.5 * (det_at(i, 1.0, i, 0.0) - det_at(i, -1.0, i, 0.0)) / det;
+            let left_out = |i: usize, j: usize| {
+                let [ends, mixed] = [1.0, -1.0].map(|t| det_at(i, 1.0, j, t) + det_at(i, -1.0, j, -t));
+                let second = 0.25 * (ends - mixed) / det - slope(i) * slope(j);
+                2.0 * AREA * rest.weight * ln(det) * second
+            };
             let (_, hessian) = rest.derivatives(x);
             let h = 1e-6;
             for i in 0..6 {
@@ -254,7 +317,7 @@ mod tests {
                 let (up, down) = (rest.derivatives(up).0, rest.derivatives(down).0);
                 for j in 0..=i {
                     let difference = (up[j] - down[j]) / (2.0 * h);
-                    let entry = hessian[i * (i + 1) / 2 + j];
+                    let entry = hessian[i * (i + 1) / 2 + j] + left_out(i, j);
                     assert!((difference - entry).abs() < 1e-6 * (1.0 + entry.abs()), "{seed} {i} {j}");
                 }
             }
@@ -283,5 +346,17 @@ mod tests {
         assert!(rest.weight > 0.0 && rest.d.is_finite());
         let point = Rest::new([DVec3::ZERO; 3], 1e-6);
         assert!(point.weight > 0.0 && point.b.is_finite());
+    }
+
+    #[test]
+    fn evening_out_goes_half_way_to_equal_weights_and_keeps_their_sum() {
+        let triangle = |height| Rest::new([DVec3::ZERO, DVec3::X * 2.0, DVec3::Y * height], 0.0);
+        let mut rest = [triangle(1.0), triangle(3.0), triangle(0.0)];
+        even_out(&mut rest[..2]);
+        // Areas 1 and 3, their mean 2.
+        assert!((rest[0].weight - 1.5).abs() < 1e-12 && (rest[1].weight - 2.5).abs() < 1e-12);
+        let before = rest[2].weight;
+        even_out(&mut rest[2..]);
+        assert_eq!(rest[2].weight, before, "a face without area stays light");
     }
 }

@@ -3,7 +3,7 @@
 //! Splits against overlap leave small charts behind, and what did not fit on one side of an old cut often fits on the
 //! other. The small chart is laid beside its neighbour by the best rigid motion of the shared seam, takes the neighbour's
 //! points there, and is relaxed with those held; the neighbour does not move. It stays where no face overlaps and its own
-//! distortion is within bounds. Where each piece should be one chart, charts of any size are tried.
+//! distortion is within bounds.
 //! Guarantee: two disks glued along one run of edges are one disk; no flip, no overlap. Cost: a pass over the neighbour's
 //! faces a trial; trials are bounded.
 
@@ -22,8 +22,6 @@ use glam::{DVec2, DVec3};
 const LARGEST: f64 = 0.02;
 /// Faces of a chart that is moved, at the most: bounds the cost of a trial.
 const MOST_FACES: usize = 2000;
-/// Most that a glued chart may be distorted on its own: mean energy over 4.
-const DISTORTION: f64 = 1.15;
 /// Seams that are tried a chart, dearest first.
 const TRIES: usize = 4;
 /// Faces of a chart that is moved at the most, and seams that are tried, where a piece should be one chart.
@@ -42,25 +40,36 @@ struct Run {
     saved: f64, // cost of the seam
 }
 
+/// What gluing may cost.
+#[derive(Clone, Copy)]
+pub struct Limits {
+    /// Energy (over area) that may be added in all.
+    pub spare: f64,
+    /// Most mean energy of a glued chart: 4 is an isometry.
+    pub own: f64,
+    /// Whether charts of any size are glued: a piece should be one chart.
+    pub one: bool,
+}
+
 /// Scratch bytes for [`glue_small`].
 pub fn glue_need(faces: usize) -> usize {
     let small = faces.min(MOST_FACES_FOR_ONE);
-    5 * bytes_for::<u32>(faces + 2) + 2 * bytes_for::<u32>(3 * faces) + small * 400 + relax_need(small + 2, small, 0)
+    8 * bytes_for::<u32>(faces + 2) + 2 * bytes_for::<u32>(3 * faces) + small * 400 + relax_need(small + 2, small, 0)
 }
 
-/// Glues small charts to neighbours, the smallest first; returns how many. `changed` marks the faces of charts that took
-/// one. With `one`, charts of any size.
+/// Glues small charts to neighbours, the smallest first, within `limits`; returns how many. `changed` marks the faces of
+/// charts that took one.
 pub fn glue_small(
     uv: &mut [DVec2],
     cut: &mut [u8],
     changed: &mut [u8],
     surface: &Surface,
-    one: bool,
+    limits: Limits,
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
-    let (largest, most_faces, tries) =
-        if one { (1.0, MOST_FACES_FOR_ONE, TRIES_FOR_ONE) } else { (LARGEST, MOST_FACES, TRIES) };
+    let (largest, most_faces) = if limits.one { (1.0, MOST_FACES_FOR_ONE) } else { (LARGEST, MOST_FACES) };
     let faces = surface.mesh.faces.len();
+    let mut limits = limits;
     let charts = Charts::new(surface, cut, &mut scratch)?;
     let total: f64 = surface.rest.iter().map(|r| r.area).sum();
     let area = |k: usize| charts.faces_of(k).iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
@@ -75,50 +84,75 @@ pub fn glue_small(
     }
     let order = &mut order[..len];
     order.sort_unstable();
-    // Charts grow as others are glued to them: a face names its chart through this table.
-    let now = scratch.take::<u32>(charts.count())?;
-    now.iter_mut().enumerate().for_each(|(k, n)| *n = k as u32);
-    let took = scratch.take::<u8>(charts.count())?;
+    let mut homes = Homes::new(charts, &mut scratch)?;
     let local = scratch.take_filled::<u32>(3 * faces, NONE)?;
     let mut glued = 0;
     for [_, k] in order.iter() {
         let k = *k as usize;
         // A chart that has taken another is not small any more: it stays.
-        if took[k] != 0 {
+        if homes.first[k] != NONE {
             continue;
         }
-        let into = try_chart(uv, cut, k, &charts, now, local, tries, surface, scratch.frame())?;
-        if let Some(into) = into {
-            now[k] = into;
-            took[into as usize] = 1;
+        let into = try_chart(uv, cut, k, &homes, local, surface, limits, scratch.frame())?;
+        if let Some((into, spent)) = into {
+            homes.join(k, into);
+            limits.spare -= spent;
             glued += 1;
-            charts.faces_of(k).iter().for_each(|f| changed[*f as usize] = 1);
+            homes.charts.faces_of(k).iter().for_each(|f| changed[*f as usize] = 1);
         }
     }
     Ok(glued)
 }
 
-/// Tries the seams of chart `k`; answers the chart that it became part of.
+/// Charts that grow as others are glued to them. One that has taken others is not glued itself.
+struct Homes<'h> {
+    charts: Charts<'h>,
+    now: &'h mut [u32],   // (charts) the chart that each is part of: itself, or one that took it
+    first: &'h mut [u32], // (charts) the last chart that each has taken, or `NONE`
+    next: &'h mut [u32],  // (charts) the one that was taken before it by the same chart, or `NONE`
+}
+
+impl<'h> Homes<'h> {
+    fn new(charts: Charts<'h>, keep: &mut Scratch<'h>) -> Result<Self, ScratchTooSmall> {
+        let now = keep.take::<u32>(charts.count())?;
+        now.iter_mut().enumerate().for_each(|(k, n)| *n = k as u32);
+        let (first, next) = (keep.take_filled(charts.count(), NONE)?, keep.take_filled(charts.count(), NONE)?);
+        Ok(Self { charts, now, first, next })
+    }
+
+    /// The chart of a face.
+    fn of_face(&self, face: u32) -> u32 {
+        self.now[self.charts.of_face[face as usize] as usize]
+    }
+
+    /// Notes that chart `k` is part of chart `into`.
+    fn join(&mut self, k: usize, into: u32) {
+        self.now[k] = into;
+        self.next[k] = self.first[into as usize];
+        self.first[into as usize] = k as u32;
+    }
+
+    /// Faces of chart `k` and of those that it took.
+    fn faces(&self, k: u32) -> impl Iterator<Item = u32> + '_ {
+        let step = |k: u32| Some(k).filter(|k| *k != NONE);
+        let taken = core::iter::successors(step(self.first[k as usize]), move |k| step(self.next[*k as usize]));
+        core::iter::once(k).chain(taken).flat_map(|k| self.charts.faces_of(k as usize).iter().copied())
+    }
+}
+
+/// Tries the seams of chart `k`; answers the chart that it became part of and the energy that was added.
 #[allow(clippy::too_many_arguments)]
 fn try_chart(
     uv: &mut [DVec2],
     cut: &mut [u8],
     k: usize,
-    charts: &Charts,
-    now: &[u32],
+    homes: &Homes,
     local: &mut [u32],
-    tries: usize,
     surface: &Surface,
+    limits: Limits,
     mut scratch: Scratch,
-) -> Result<Option<u32>, ScratchTooSmall> {
-    let faces = charts.faces_of(k);
-    let home = |face: u32| {
-        let mut at = charts.of_face[face as usize];
-        while now[at as usize] != at {
-            at = now[at as usize];
-        }
-        at
-    };
+) -> Result<Option<(u32, f64)>, ScratchTooSmall> {
+    let faces = homes.charts.faces_of(k);
     let Some(start) = faces.iter().flat_map(|f| 3 * f..3 * f + 3).find(|c| surface.is_open(cut, *c)) else {
         return Ok(None);
     };
@@ -131,41 +165,40 @@ fn try_chart(
         Some(len)
     })?;
     let runs = scratch.take::<Run>(border.len())?;
-    let count = find_runs(runs, border, cut, k as u32, &home, surface);
+    let count = find_runs(runs, border, cut, k as u32, homes, surface);
     let runs = &mut runs[..count];
     runs.sort_unstable_by(|a, b| b.saved.total_cmp(&a.saved).then(a.first.cmp(&b.first)));
-    for run in runs.iter().take(tries) {
+    for run in runs.iter().take(if limits.one { TRIES_FOR_ONE } else { TRIES }) {
         let run: Run = *run;
         let edge = |i: u32| border[((run.first + i) as usize) % border.len()];
-        let into = home(surface.twin[edge(0) as usize] / 3);
+        let into = homes.of_face(surface.twin[edge(0) as usize] / 3);
         let mut frame = scratch.frame();
         let mut trial = Trial::new(uv, cut, faces, local, surface, &mut frame)?;
-        let fits = trial.fit(uv, run.count, &edge, surface, frame.frame())? && !trial.overlaps(uv, charts, &home, into);
+        let before = trial.energy();
+        trial.fit(uv, run.count, &edge, surface, frame.frame())?;
+        let (after, area) = (trial.energy(), trial.rest.iter().map(|r| r.area).sum::<f64>());
+        let cheap = after <= limits.own * area && after - before <= limits.spare;
+        let fits = cheap && !trial.overlaps(uv, homes.faces(into));
         if fits {
             trial.write(uv);
             (0..run.count).for_each(|i| surface.set_cut(cut, edge(i), false));
         }
         faces.iter().flat_map(|f| 3 * f..3 * f + 3).for_each(|c| local[c as usize] = NONE);
         if fits {
-            return Ok(Some(into));
+            return Ok(Some((into, after - before)));
         }
     }
     Ok(None)
 }
 
 /// Longest stretches of the border with one neighbour across, whose border runs along without a branch.
-fn find_runs(
-    runs: &mut [Run],
-    border: &[u32],
-    cut: &[u8],
-    own: u32,
-    home: &impl Fn(u32) -> u32,
-    surface: &Surface,
-) -> usize {
+fn find_runs(runs: &mut [Run], border: &[u32], cut: &[u8], own: u32, homes: &Homes, surface: &Surface) -> usize {
     let n = border.len();
     let neighbour = |i: usize| {
         let t = surface.twin[border[i % n] as usize];
-        (t != NONE && surface.cost[border[i % n] as usize].is_finite()).then(|| home(t / 3)).filter(|h| *h != own)
+        (t != NONE && surface.cost[border[i % n] as usize].is_finite())
+            .then(|| homes.of_face(t / 3))
+            .filter(|h| *h != own)
     };
     let joined = |i: usize| {
         neighbour(i).is_some()
@@ -234,7 +267,13 @@ impl<'t> Trial<'t> {
         Ok(Self { faces, triangles, rest, x: &mut x[..count as usize], held })
     }
 
-    /// Lays the chart beside its neighbour and relaxes it there; false where it flips or is distorted too much.
+    /// Energy of the chart, infinite where a face is flipped.
+    fn energy(&self) -> f64 {
+        let of_face = |(t, r): (&[u32; 3], &super::energy::Rest)| r.area * r.energy(t.map(|i| self.x[i as usize]));
+        self.triangles.iter().zip(self.rest.iter()).map(of_face).sum()
+    }
+
+    /// Lays the chart beside its neighbour and relaxes it there.
     fn fit(
         &mut self,
         uv: &[DVec2],
@@ -242,7 +281,7 @@ impl<'t> Trial<'t> {
         edge: &impl Fn(u32) -> u32,
         surface: &Surface,
         mut scratch: Scratch,
-    ) -> Result<bool, ScratchTooSmall> {
+    ) -> Result<(), ScratchTooSmall> {
         // Nodes of the seam and where the neighbour has them.
         let seam = scratch.take::<u32>(count as usize + 1)?;
         let target = scratch.take::<DVec2>(count as usize + 1)?;
@@ -288,12 +327,11 @@ impl<'t> Trial<'t> {
         }
         let at: &[DVec3] = &[];
         let piece = Piece { triangles, rest: self.rest, free: free as usize, at, springs: &[] };
-        let done = relax(y, &piece, STOP, scratch, &Serial)?;
+        relax(y, &piece, STOP, scratch, &Serial)?;
         for (x, p) in self.x.iter_mut().zip(place.iter()) {
             *x = y[*p as usize];
         }
-        let weight: f64 = self.rest.iter().map(|r| r.weight).sum();
-        Ok(done.after <= 4.0 * DISTORTION * weight)
+        Ok(())
     }
 
     /// Local node of a corner of the chart.
@@ -302,8 +340,8 @@ impl<'t> Trial<'t> {
         self.triangles[f][(c % 3) as usize]
     }
 
-    /// Whether a face of the chart lies on one of chart `into`, or on another of its own.
-    fn overlaps(&self, uv: &[DVec2], charts: &Charts, home: &impl Fn(u32) -> u32, into: u32) -> bool {
+    /// Whether a face of the chart lies on one of `others`, or on another of its own.
+    fn overlaps(&self, uv: &[DVec2], others: impl Iterator<Item = u32>) -> bool {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for x in self.x.iter() {
             low = low.min(*x);
@@ -317,9 +355,10 @@ impl<'t> Trial<'t> {
             let (bl, bh) = (b[0].min(b[1]).min(b[2]), b[0].max(b[1]).max(b[2]));
             al.cmpge(bh).any() || bl.cmpge(ah).any()
         };
-        for f in 0..charts.of_face.len() {
+        for f in others {
+            let f = f as usize;
             let t = [uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]];
-            if apart(t, [low, high, high]) || home(f as u32) != into {
+            if apart(t, [low, high, high]) {
                 continue;
             }
             let hit = (0..self.faces.len()).any(|k| {

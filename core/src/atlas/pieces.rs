@@ -3,7 +3,7 @@
 //! Forced cuts are borders here: a piece is what hangs together without crossing one, and its vertices are the wedges
 //! that they leave. Pieces share nothing, so small ones are worked on side by side; a large one has all workers to itself.
 
-use super::energy::Rest;
+use super::energy::{Rest, even_out};
 use super::seams::{Budget, MOLLIFY, SeamError, make_charts, make_charts_need};
 use super::surface::Surface;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -117,6 +117,9 @@ impl<'a> Pieces<'a> {
         vertex_start[pieces] = total;
         for (r, corner) in rest.iter_mut().zip(source.chunks_exact(3)) {
             *r = Rest::new([0, 1, 2].map(|i| mesh.position(corner[i])), MOLLIFY);
+        }
+        for p in 0..pieces {
+            even_out(&mut rest[face_start[p] as usize..face_start[p + 1] as usize]);
         }
         Ok(Self { face_start, vertex_start, faces, positions, twin: local_twin, rest, cost: local_cost, source })
     }

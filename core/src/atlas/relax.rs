@@ -203,7 +203,7 @@ fn energy(piece: &Piece, x: &[DVec2], sums: &mut [f64], workers: &dyn Workers) -
     for_each_chunk(workers, sums, 1, &|chunk, sum| {
         let range = chunk_of(chunk, piece.triangles.len());
         let pairs = piece.triangles[range.clone()].iter().zip(&piece.rest[range]);
-        sum[0] = pairs.map(|(t, rest)| rest.weight * rest.energy(t.map(|i| x[i as usize]))).sum();
+        sum[0] = pairs.map(|(t, rest)| rest.weight * rest.objective(t.map(|i| x[i as usize]))).sum();
     });
     let mut sum = sums.iter().sum();
     for s in piece.springs {

@@ -10,23 +10,25 @@
 
 use super::charts::{Charts, Work, job_need, work_on};
 use super::compact::{compact_need, split_bulky};
-use super::cut::{Paths, cut_to_disks, disks_again};
-use super::energy::Rest;
-use super::glue::{glue_need, glue_small};
+use super::cut::cut_to_disks;
+use super::energy::{Rest, even_out};
+use super::extend::extend;
+use super::glue::{Limits, glue_need, glue_small};
+use super::halving::flatten_all;
 use super::proxy::{proxy_costs, proxy_costs_need};
 use super::relax::Stop;
 use super::slide::Slides;
 use super::split::split_overlaps;
 use super::surface::Surface;
 use super::transfer::{transfer, transfer_need};
-use crate::base::real::{for_decision, sqrt};
+use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
 use crate::mesh::collapse::Collapse;
 use crate::mesh::decimate::{decimate, decimate_need};
 use crate::mesh::overlap::overlaps_need;
 use crate::mesh::topology::twins;
-use crate::mesh::view::{MeshView, next};
+use crate::mesh::view::MeshView;
 use glam::{DVec2, DVec3};
 
 /// What the search may spend.
@@ -60,9 +62,25 @@ const PROXY_FROM: usize = 30_000;
 const PROXY_FACES: usize = 10_000;
 /// How far paths may slide while they are carried over.
 const SLIDES: Slides = Slides { reach: 2.0, rounds: 3 };
-/// Share of the distortion budget that cuts may leave unspent no longer: with 1, area distortion alone passes 0.1 on the
-/// mean of 12 meshes; see docs/RESULTS.md.
-const SPEND: f64 = 0.9;
+/// Distortion below the bound at which extension ends: it is left to gluing and to gathering.
+const RESERVE: f64 = 1.5e-3;
+/// The reserve is at most this share of what the bound allows: at 1.003, 0.1 makes as many seams and more distortion.
+const RESERVE_SHARE: f64 = 0.2;
+/// Share of what the bound allows to which gluing goes.
+const GLUE_TO: f64 = 0.97;
+/// Most excess of a glued chart over what the bound allows on the mean.
+const OWN_EXCESS: f64 = 12.0;
+/// And its mean energy over 4, less 1, whatever the bound.
+const MOST_EXCESS: f64 = 0.15;
+/// Times that extension, splitting and gluing may begin again where they end above the bound.
+const PASSES: usize = 3;
+/// Reweighted relaxations at the end, and the Newton steps of each.
+const CONCENTRATIONS: usize = 2;
+/// Excess energy, over its mean, from which gathering holds a face back again: without, single faces reach an energy of 40
+/// times an isometry's at the bound 1.025.
+const WORST: f64 = 10.0;
+/// See [`CONCENTRATIONS`].
+const GATHER_STOP: Stop = Stop { steps: 3, tolerance: 1e-5 };
 /// Added to every edge length of a rest shape, in units of the mesh's largest side: gives flat faces a shape.
 pub const MOLLIFY: f64 = 1e-9;
 /// A face below this share of the mean area has none to speak of.
@@ -76,8 +94,12 @@ const PATHS_FAR: usize = 8;
 const FAR: f64 = 5.0;
 /// Rounds of extension at the most; each adds paths where the distortion is worst.
 const ROUNDS: usize = 80;
-/// Times that charts which rounding has flipped are halved: 2^24 faces end as single polygons.
-const HALVINGS: usize = 26;
+/// Times that all charts are relaxed because nothing is left to cut, each followed by more extension where it helped.
+const RELAXATIONS: usize = 8;
+/// Newton steps of such a relaxation.
+const FAR_STOP: Stop = Stop { steps: 60, tolerance: 1e-3 };
+/// Below this share of the distortion before, such a relaxation has found charts that were far from rest.
+const AT_REST: f64 = 0.99;
 /// Rounds of splitting bulky charts.
 const COMPACTIONS: usize = 12;
 /// Rounds of gluing, each followed by splitting what then overlaps.
@@ -86,15 +108,11 @@ const GLUINGS: usize = 2;
 const SPLITS: usize = 60;
 /// Newton steps of a round: the map need not be at rest before the next cut is chosen.
 const ROUND_STOP: Stop = Stop { steps: 5, tolerance: 1e-4 };
-/// Below this share of the distortion before, a full relaxation has found charts that were far from rest.
-const AT_REST: f64 = 0.99;
-/// Newton steps of the first flattening.
-const FIRST_STOP: Stop = Stop { steps: 60, tolerance: 1e-3 };
 
 /// Scratch bytes that [`make_charts`] asks for.
 pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let corners = 3 * faces;
-    let lists = bytes_for::<u8>(faces) + 3 * bytes_for::<u32>(faces + 2);
+    let lists = bytes_for::<Rest>(faces) + bytes_for::<u8>(faces) + 3 * bytes_for::<u32>(faces + 2);
     let growing = 12 * bytes_for::<f64>(vertices) + 12 * bytes_for::<u32>(vertices) + bytes_for::<[u64; 2]>(corners);
     let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
     let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
@@ -126,90 +144,169 @@ pub fn make_charts(
         cut.fill(0);
         cut_to_disks(cut, surface, scratch.frame())?;
     }
-    flatten(uv, cut, surface, scratch.frame(), workers)?;
+    flatten_all(uv, cut, surface, scratch.frame(), workers)?;
     let changed = scratch.take::<u8>(faces)?;
+    let mut search = Search { uv, cut, changed, surface, workers, proceed };
     let compact = !large && !budget.one;
     if compact {
-        part_bulky(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
+        search.part_bulky(scratch.frame())?;
     }
-    let goal = 1.0 + SPEND * (budget.distortion - 1.0);
-    for _ in 0..ROUNDS {
-        if !proceed() {
-            return Err(SeamError::Stopped);
+    for _ in 0..PASSES {
+        search.extend(budget.distortion, scratch.frame())?;
+        search.part_overlaps(scratch.frame())?;
+        if compact {
+            search.part_bulky(scratch.frame())?;
         }
-        let now = distortion(uv, surface.rest);
-        if now <= goal {
+        search.glue(budget, scratch.frame())?;
+        if search.distortion() <= budget.distortion {
             break;
         }
-        changed.fill(0);
-        let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { PATHS };
-        if extend(cut, changed, uv, surface, paths, 0.5, scratch.frame())? == 0 {
-            // Nothing is left to cut: what is distorted may only be far from rest.
-            changed.fill(1);
-            relax_changed(uv, cut, changed, surface, FIRST_STOP, scratch.frame(), workers)?;
-            if distortion(uv, surface.rest) > AT_REST * now {
+    }
+    search.concentrate(budget.distortion, scratch.frame())
+}
+
+/// A surface on its way to an atlas.
+struct Search<'s> {
+    uv: &'s mut [DVec2],
+    cut: &'s mut [u8],
+    changed: &'s mut [u8], // (faces) what the last step has touched
+    surface: &'s Surface<'s>,
+    workers: &'s dyn Workers,
+    proceed: &'s mut dyn FnMut() -> bool,
+}
+
+impl Search<'_> {
+    /// Cuts by `split`, which answers how much it found to do, and relaxes what that changed, until it finds nothing.
+    fn repeat(
+        &mut self,
+        rounds: usize,
+        split: impl Fn(&mut [u8], &mut [u8], &[DVec2], &Surface, Scratch) -> Result<usize, ScratchTooSmall>,
+        mut scratch: Scratch,
+    ) -> Result<(), SeamError> {
+        for _ in 0..rounds {
+            if !(self.proceed)() {
+                return Err(SeamError::Stopped);
+            }
+            self.changed.fill(0);
+            if split(self.cut, self.changed, self.uv, self.surface, scratch.frame())? == 0 {
                 break;
             }
-            continue;
+            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
         }
-        relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
+        Ok(())
     }
-    part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
-    if compact {
-        part_bulky(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
-    }
-    for _ in 0..GLUINGS {
-        changed.fill(0);
-        if glue_small(uv, cut, changed, surface, budget.one, scratch.frame())? == 0 {
-            break;
+
+    /// Cuts on until the distortion leaves no more than a reserve of what `bound` allows.
+    fn extend(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+        let goal = bound - RESERVE.min(RESERVE_SHARE * (bound - 1.0));
+        let step = |cut: &mut [u8], changed: &mut [u8], uv: &[DVec2], surface: &Surface, scratch: Scratch| {
+            let now = distortion(uv, surface.rest);
+            if now <= goal {
+                return Ok(0);
+            }
+            let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { PATHS };
+            extend(cut, changed, uv, surface, paths, scratch)
+        };
+        for _ in 0..RELAXATIONS {
+            self.repeat(ROUNDS, step, scratch.frame())?;
+            let now = self.distortion();
+            if now <= goal {
+                break;
+            }
+            // Nothing is left to cut: what is distorted may only be far from rest.
+            self.changed.fill(1);
+            self.relax(FAR_STOP, self.surface.rest, scratch.frame())?;
+            if self.distortion() > AT_REST * now {
+                break;
+            }
         }
-        relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
-        part_overlaps(uv, cut, changed, surface, scratch.frame(), workers, proceed)?;
+        Ok(())
     }
-    Ok(())
+
+    /// Splits charts until none overlaps itself.
+    fn part_overlaps(&mut self, scratch: Scratch) -> Result<(), SeamError> {
+        self.repeat(SPLITS, split_overlaps, scratch)
+    }
+
+    /// Splits charts until none is bulky or overlaps itself.
+    fn part_bulky(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
+        self.repeat(COMPACTIONS, split_bulky, scratch.frame())?;
+        self.part_overlaps(scratch)
+    }
+
+    /// Glues small charts to neighbours as far as the budget allows.
+    fn glue(&mut self, budget: Budget, mut scratch: Scratch) -> Result<(), SeamError> {
+        let area: f64 = self.surface.rest.iter().map(|r| r.area).sum();
+        let bound = budget.distortion;
+        for _ in 0..GLUINGS {
+            let spare = 4.0 * area * (1.0 + GLUE_TO * (bound - 1.0) - self.distortion());
+            let own = 4.0 + 4.0 * (OWN_EXCESS * (bound - 1.0)).min(MOST_EXCESS);
+            self.changed.fill(0);
+            let limits = Limits { spare, own, one: budget.one };
+            if glue_small(self.uv, self.cut, self.changed, self.surface, limits, scratch.frame())? == 0 {
+                break;
+            }
+            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+            self.part_overlaps(scratch.frame())?;
+        }
+        Ok(())
+    }
+
+    /// Relaxes all charts with less weight where distortion is large anyway, so that it gathers in few faces and most have
+    /// little: the mean of its absolute values falls, that of its squares rises a bit. Where the bound breaks by that, it
+    /// is undone by relaxing with the old weights.
+    fn concentrate(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+        if self.distortion() > bound {
+            return Ok(());
+        }
+        {
+            let mut frame = scratch.frame();
+            let rest = frame.take::<Rest>(self.surface.rest.len())?;
+            self.changed.fill(1);
+            for _ in 0..CONCENTRATIONS {
+                if !(self.proceed)() {
+                    return Err(SeamError::Stopped);
+                }
+                rest.copy_from_slice(self.surface.rest);
+                gather(rest, self.uv);
+                self.relax(GATHER_STOP, rest, frame.frame())?;
+            }
+        }
+        if self.distortion() > bound {
+            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+        }
+        self.part_overlaps(scratch)
+    }
+
+    /// Relaxes the charts that hold a changed face, for these rest shapes and weights.
+    fn relax(&mut self, stop: Stop, rest: &[Rest], mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+        let Self { uv, cut, changed, surface, workers, .. } = self;
+        let charts = Charts::new(surface, cut, &mut scratch)?;
+        let touched = |k: usize| charts.faces_of(k).iter().any(|f| changed[*f as usize] != 0);
+        let weighed = Surface { rest, ..**surface };
+        work_on(uv, &weighed, cut, &charts, touched, Work::Relax(stop), scratch, *workers)?;
+        Ok(())
+    }
+
+    fn distortion(&self) -> f64 {
+        distortion(self.uv, self.surface.rest)
+    }
 }
 
-/// Splits charts until none is bulky or overlaps itself.
-fn part_bulky(
-    uv: &mut [DVec2],
-    cut: &mut [u8],
-    changed: &mut [u8],
-    surface: &Surface,
-    mut scratch: Scratch,
-    workers: &dyn Workers,
-    proceed: &mut dyn FnMut() -> bool,
-) -> Result<(), SeamError> {
-    for _ in 0..COMPACTIONS {
-        changed.fill(0);
-        if split_bulky(cut, changed, uv, surface, scratch.frame())? == 0 {
-            break;
-        }
-        relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
+/// Multiplies weights by (m / (m + e))^(1/2) (1 + e / (c m)), e the excess energy of each face and m its mean: one step of
+/// reweighted least squares towards absolute values, which lets go of distorted faces, but not of the worst.
+fn gather(rest: &mut [Rest], uv: &[DVec2]) {
+    let excess = |f: usize, r: &Rest| r.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]) - 4.0;
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (f, r) in rest.iter().enumerate() {
+        sum += r.weight * excess(f, r).min(1.0);
+        total += r.weight;
     }
-    part_overlaps(uv, cut, changed, surface, scratch, workers, proceed)
-}
-
-/// Splits charts until none overlaps itself.
-fn part_overlaps(
-    uv: &mut [DVec2],
-    cut: &mut [u8],
-    changed: &mut [u8],
-    surface: &Surface,
-    mut scratch: Scratch,
-    workers: &dyn Workers,
-    proceed: &mut dyn FnMut() -> bool,
-) -> Result<(), SeamError> {
-    for _ in 0..SPLITS {
-        if !proceed() {
-            return Err(SeamError::Stopped);
-        }
-        changed.fill(0);
-        if split_overlaps(cut, changed, uv, surface, scratch.frame())? == 0 {
-            break;
-        }
-        relax_changed(uv, cut, changed, surface, ROUND_STOP, scratch.frame(), workers)?;
+    let mean = (sum / total).max(1e-12);
+    for (f, r) in rest.iter_mut().enumerate() {
+        let times = (excess(f, r) / mean).clamp(0.0, 1000.0); // without end where a flat face is flipped
+        r.weight *= (1.0 + times / WORST) / sqrt(1.0 + times);
     }
-    Ok(())
 }
 
 /// Finds the cuts on a decimated mesh and carries them over; false where that would cut a forbidden edge or change the
@@ -250,118 +347,13 @@ fn cut_by_proxy(
     for (r, f) in rest.iter_mut().zip(coarse_faces) {
         *r = Rest::new(f.map(|v| mesh.positions[v as usize]), MOLLIFY);
     }
+    even_out(rest);
     let coarse = Surface::new(mesh, twin, rest, cost, &mut scratch)?;
     let coarse_cut = scratch.take::<u8>(mesh.corner_count())?;
     let coarse_uv = scratch.take::<DVec2>(mesh.corner_count())?;
     make_charts(coarse_uv, coarse_cut, &coarse, budget, scratch.frame(), workers, proceed)?;
     let moved = transfer(cut, surface, &coarse, coarse_cut, &history[..done.collapses], SLIDES, scratch)?;
     Ok(moved.is_faithful() && moved.forbidden == 0)
-}
-
-/// Flattens every chart; a chart in which rounding flips a triangle is halved until none does.
-fn flatten(
-    uv: &mut [DVec2],
-    cut: &mut [u8],
-    surface: &Surface,
-    mut scratch: Scratch,
-    workers: &dyn Workers,
-) -> Result<(), ScratchTooSmall> {
-    let faces = surface.mesh.faces.len();
-    let changed = scratch.take_filled::<u8>(faces, 1)?;
-    for _ in 0..HALVINGS {
-        {
-            let mut frame = scratch.frame();
-            let charts = Charts::new(surface, cut, &mut frame)?;
-            let touched = |k: usize| charts.faces_of(k).iter().any(|f| changed[*f as usize] != 0);
-            work_on(uv, surface, cut, &charts, touched, Work::Flatten(FIRST_STOP), frame, workers)?;
-        }
-        changed.fill(0);
-        let bad = |f: usize| !surface.rest[f].energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]).is_finite();
-        if halve(cut, changed, surface, bad, scratch.frame())? == 0 {
-            break;
-        }
-        disks_again(cut, surface, scratch.frame())?;
-    }
-    Ok(())
-}
-
-/// Parts each chart that has a bad face into two of about equal numbers of faces; marks the faces of those charts and
-/// returns how many charts it parted. A chart of one polygon stays whole.
-pub fn halve(
-    cut: &mut [u8],
-    changed: &mut [u8],
-    surface: &Surface,
-    bad: impl Fn(usize) -> bool,
-    mut scratch: Scratch,
-) -> Result<usize, ScratchTooSmall> {
-    let charts = Charts::new(surface, cut, &mut scratch)?;
-    let side = scratch.take::<u8>(changed.len())?;
-    let queue = scratch.take::<u32>(changed.len())?;
-    let mut parted = 0;
-    for k in 0..charts.count() {
-        let faces = charts.faces_of(k);
-        if !faces.iter().any(|f| bad(*f as usize)) {
-            continue;
-        }
-        let mut spread = |seeds: &[u32], side: &mut [u8]| {
-            faces.iter().for_each(|f| side[*f as usize] = 0);
-            let (mut head, mut tail) = (0, 0);
-            for (i, seed) in seeds.iter().enumerate() {
-                side[*seed as usize] = 1 + i as u8;
-                queue[tail] = *seed;
-                tail += 1;
-            }
-            while head < tail {
-                let f = queue[head];
-                head += 1;
-                for c in 3 * f..3 * f + 3 {
-                    let Some(t) = surface.across(cut, c) else { continue };
-                    if side[(t / 3) as usize] == 0 {
-                        side[(t / 3) as usize] = side[f as usize];
-                        queue[tail] = t / 3;
-                        tail += 1;
-                    }
-                }
-            }
-            queue[tail - 1] // the farthest face
-        };
-        let a = spread(&faces[..1], side);
-        let b = spread(&[a], side);
-        if a != b {
-            spread(&[a, b], side);
-        }
-        let mut any = false;
-        for c in faces.iter().flat_map(|f| 3 * f..3 * f + 3) {
-            if let Some(t) = surface.across(cut, c)
-                && side[(c / 3) as usize] != side[(t / 3) as usize]
-                && surface.cost[c as usize].is_finite()
-            {
-                surface.set_cut(cut, c, true);
-                any = true;
-            }
-        }
-        if any {
-            faces.iter().for_each(|f| changed[*f as usize] = 1);
-            parted += 1;
-        }
-    }
-    Ok(parted)
-}
-
-/// Relaxes the charts that hold a changed face.
-fn relax_changed(
-    uv: &mut [DVec2],
-    cut: &[u8],
-    changed: &[u8],
-    surface: &Surface,
-    stop: Stop,
-    mut scratch: Scratch,
-    workers: &dyn Workers,
-) -> Result<(), ScratchTooSmall> {
-    let charts = Charts::new(surface, cut, &mut scratch)?;
-    let touched = |k: usize| charts.faces_of(k).iter().any(|f| changed[*f as usize] != 0);
-    work_on(uv, surface, cut, &charts, touched, Work::Relax(stop), scratch, workers)?;
-    Ok(())
 }
 
 /// Mean symmetric Dirichlet energy over 4, after the best global scale. Faces of no area to speak of do not count.
@@ -381,103 +373,24 @@ pub fn distortion(uv: &[DVec2], rest: &[Rest]) -> f64 {
     if area > 0.0 { sqrt(stretch * shrink) / (2.0 * area) } else { 1.0 }
 }
 
-/// Adds cuts towards what is too distorted: up to `most` paths that lie apart. Returns how many.
-pub fn extend(
-    cut: &mut [u8],
-    changed: &mut [u8],
-    uv: &[DVec2],
-    surface: &Surface,
-    most: usize,
-    share: f64,
-    mut scratch: Scratch,
-) -> Result<usize, ScratchTooSmall> {
-    let n = surface.mesh.positions.len();
-    let density = scratch.take::<f64>(n)?;
-    let weight = scratch.take::<f64>(n)?;
-    for (f, rest) in surface.rest.iter().enumerate() {
-        let excess = rest.area * (rest.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]) - 4.0);
-        for v in surface.mesh.faces[f] {
-            density[v as usize] += excess;
-            weight[v as usize] += rest.area;
-        }
-    }
-    for v in 0..n {
-        density[v] /= weight[v].max(1e-300);
-    }
-    let smooth = scratch.take::<f64>(n)?;
-    for _ in 0..2 {
-        for v in 0..n as u32 {
-            let (mut sum, mut total) = (density[v as usize] * weight[v as usize], weight[v as usize]);
-            for (_, w) in surface.edges_at(v) {
-                sum += density[w as usize] * weight[w as usize];
-                total += weight[w as usize];
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gathering_lets_go_of_distorted_faces_but_not_of_the_worst() {
+        let at = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let mut rest = [Rest::new(at, 0.0); 3];
+        let mut uv = [DVec2::ZERO; 9];
+        for (f, scale) in [1.0, 1.2, 5.0].into_iter().enumerate() {
+            for (i, p) in at.iter().enumerate() {
+                uv[3 * f + i] = p.truncate() * scale;
             }
-            smooth[v as usize] = sum / total.max(1e-300);
         }
-        density.copy_from_slice(smooth);
+        gather(&mut rest, &uv);
+        // Excess energies 0, .27 and 46, capped mean .42: (1 + t / 10) / sqrt(1 + t) is 1, .83 and 1.13.
+        let factor = |f: usize| rest[f].weight / 0.5;
+        assert!((factor(0) - 1.0).abs() < 1e-12, "{}", factor(0));
+        assert!(factor(1) < 0.9 && factor(2) > 1.1, "{} {}", factor(1), factor(2));
     }
-    let mut paths = Paths::new(n, &mut scratch)?;
-    let on_cut = scratch.take::<u8>(n)?;
-    for c in 0..surface.mesh.corner_count() as u32 {
-        if surface.is_open(cut, c) {
-            on_cut[surface.mesh.vertex(c) as usize] = 1;
-            on_cut[surface.mesh.vertex(next(c)) as usize] = 1;
-        }
-    }
-    let order = scratch.take::<u32>(n)?;
-    let mut len = 0;
-    paths.grow(
-        surface,
-        (0..n as u32).filter(|v| on_cut[*v as usize] != 0),
-        |c| surface.cost[c as usize],
-        |v, _| {
-            // A vertex may be settled once only here: no sources are added.
-            order[len] = v;
-            len += 1;
-        },
-    );
-    let along = scratch.take::<f64>(n)?;
-    let length = scratch.take::<f64>(n)?;
-    let score = scratch.take::<f64>(n)?;
-    for v in &order[..len] {
-        let Some((c, from)) = paths.trace(surface, *v).next() else { continue };
-        let (v, from) = (*v as usize, from as usize);
-        let l = surface.length(c);
-        length[v] = length[from] + l;
-        along[v] = along[from] + l * 0.5 * (density[v] + density[from]);
-        score[v] = for_decision(along[v] * length[v] / paths.cost[v].max(1e-300));
-    }
-    let order = &mut order[..len];
-    order.sort_unstable_by(|a, b| score[*b as usize].total_cmp(&score[*a as usize]).then(a.cmp(b)));
-    let near = scratch.take::<u8>(n)?;
-    let mut added = 0;
-    let best = order.first().map_or(0.0, |v| score[*v as usize]);
-    let mut ball = Paths::new(n, &mut scratch)?;
-    for v in order.iter() {
-        if added == most || score[*v as usize] < share * best || score[*v as usize] <= 0.0 {
-            break;
-        }
-        if near[*v as usize] != 0 || paths.trace(surface, *v).any(|(_, w)| near[w as usize] != 0) {
-            continue;
-        }
-        for (c, _) in paths.trace(surface, *v) {
-            surface.set_cut(cut, c, true);
-            changed[(c / 3) as usize] = 1;
-        }
-        added += 1;
-        let radius = length[*v as usize];
-        ball.grow(
-            surface,
-            core::iter::once(*v).chain(paths.trace(surface, *v).map(|(_, w)| w)),
-            |c| surface.length(c),
-            |w, reached| {
-                if reached.cost[w as usize] > radius {
-                    reached.stop = true;
-                } else {
-                    near[w as usize] = 1;
-                }
-            },
-        );
-    }
-    Ok(added)
 }

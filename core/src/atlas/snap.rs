@@ -54,16 +54,16 @@ pub fn close_slits(points: &mut [GridPoint], pairs: impl Iterator<Item = (u32, u
 /// is cut, `chart` has the chart of each face, `joined` an entry a node, `excess` one a chart. Returns how many faces.
 pub fn mark_rejoined(
     failing: &mut [u8], // (f)
-    joined: &mut [u32],
-    excess: &mut [i32],
     points: &[GridPoint],
     nodes: &[[u32; 3]], // (f)
     chart: &[u32],      // (f)
-    chart_of_node: &mut [u32],
     slits: impl Iterator<Item = [(u32, u32); 2]>,
-) -> usize {
+    mut scratch: Scratch,
+) -> Result<usize, ScratchTooSmall> {
     // V - E + F of a disk is 1; each node that another takes in lowers it, each edge raises it.
-    let mut sets = UnionFind::new(joined);
+    let mut sets = UnionFind::new(scratch.take::<u32>(points.len())?);
+    let chart_of_node = scratch.take::<u32>(points.len())?;
+    let excess = scratch.take::<i32>(chart.iter().map(|k| *k as usize + 1).max().unwrap_or(0))?;
     nodes.iter().zip(chart).for_each(|(f, k)| f.iter().for_each(|n| chart_of_node[*n as usize] = *k));
     for pairs in slits {
         let chart = chart_of_node[pairs[0].0 as usize];
@@ -80,7 +80,7 @@ pub fn mark_rejoined(
         *mark = u8::from(excess[*k as usize] != 0);
         count += usize::from(*mark);
     }
-    count
+    Ok(count)
 }
 
 /// Moves nodes until every face is counter-clockwise; returns how many are not in the end.
@@ -180,17 +180,9 @@ mod tests {
         let nodes: std::vec::Vec<[u32; 3]> =
             [0, 2, 4, 6].iter().flat_map(|k| [[*k, k + 1, k + 3], [*k, k + 3, k + 2]]).collect();
         let marked = |points: &[GridPoint], pairs| {
-            let (mut failing, mut joined, mut of_node) = ([0; 8], [0; 10], [0; 10]);
-            mark_rejoined(
-                &mut failing,
-                &mut joined,
-                &mut [0],
-                points,
-                &nodes,
-                &[0; 8],
-                &mut of_node,
-                [pairs].into_iter(),
-            )
+            let (mut failing, mut bytes) = ([0; 8], [0; 256]);
+            let scratch = Scratch::new(&mut bytes);
+            mark_rejoined(&mut failing, points, &nodes, &[0; 8], [pairs].into_iter(), scratch).unwrap()
         };
         assert_eq!(marked(&points, [(0, 8), (1, 9)]), 8);
         // Open at one end, or open altogether: a disk. The tip of a slit is one node.

@@ -5,6 +5,7 @@
 //! inside the chart is first joined to the border by the shortest corridor of faces.
 //! Guarantee: a disk that is split gives two disks. Limit: one split a chart a call; the caller repeats.
 
+use super::charts::Charts;
 use super::surface::Surface;
 use super::wedge_paths::{Go, WedgePaths};
 use crate::base::real::for_decision;
@@ -76,11 +77,10 @@ pub fn split_overlaps(
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
     let faces = surface.mesh.faces.len();
-    let chart = scratch.take::<u32>(faces)?;
+    let charts = Charts::new(surface, cut, &mut scratch)?;
     let queue = scratch.take::<u32>(faces)?;
-    let chart_count = surface.charts(cut, chart, queue);
     let partner = scratch.take::<u32>(faces)?;
-    let found = self_overlaps(partner, uv, chart, chart_count, scratch.frame())?;
+    let found = self_overlaps(partner, uv, charts.of_face, charts.count(), scratch.frame())?;
     if found == 0 {
         return Ok(0);
     }
@@ -90,25 +90,22 @@ pub fn split_overlaps(
     let node_count = surface.wedges(cut, node);
     let side = scratch.take::<u8>(faces)?;
     let mut search = Search::new(node, node_count, faces, &mut scratch)?;
-    for clash in clashes(region, partner, chart, surface, &mut scratch)? {
+    for clash in clashes(region, partner, charts.of_face, surface, &mut scratch)? {
+        let members = charts.faces_of(clash.chart as usize);
         if clash.x == clash.y {
             side[clash.face as usize] = X;
             side[partner[clash.face as usize] as usize] = Y;
         } else {
-            for f in (0..faces).filter(|f| chart[*f] == clash.chart) {
-                side[f] = if region[f] == clash.x {
-                    X
-                } else if region[f] == clash.y {
-                    Y
-                } else {
-                    FREE
+            for f in members {
+                side[*f as usize] = match region[*f as usize] {
+                    r if r == clash.x => X,
+                    r if r == clash.y => Y,
+                    _ => FREE,
                 };
             }
         }
-        search.split(cut, changed, side, node, queue, surface);
-        for f in (0..faces).filter(|f| chart[*f] == clash.chart) {
-            side[f] = FREE;
-        }
+        search.split(cut, changed, side, members, node, queue, surface);
+        members.iter().for_each(|f| side[*f as usize] = FREE);
     }
     Ok(found)
 }
@@ -168,10 +165,10 @@ fn clashes<'a>(
 
 /// Memory of one split, reused.
 struct Search<'a> {
-    position: &'a mut [u32], // (nodes) place along the border, or NONE
+    position: &'a mut [u32], // (nodes) place along the border; `NONE` between two splits
     paths: WedgePaths<'a>,
     border: &'a mut [u32], // half-edges of the chart's border in order
-    parent: &'a mut [u32], // (faces) of a corridor search
+    parent: &'a mut [u32], // (faces) of a corridor search; `NONE` between two
 }
 
 impl<'a> Search<'a> {
@@ -184,23 +181,40 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Splits the chart in which `side` names faces X and Y.
+    /// Splits the chart of the faces `members`, of which `side` names X and Y.
+    #[allow(clippy::too_many_arguments)]
     fn split(
         &mut self,
         cut: &mut [u8],
         changed: &mut [u8],
         side: &mut [u8],
+        members: &[u32],
         node: &[u32],
         queue: &mut [u32],
         surface: &Surface,
-    ) -> bool {
+    ) {
         for wanted in [X, Y] {
-            self.corridor(side, wanted, cut, queue, surface);
+            self.corridor(side, wanted, members, cut, queue, surface);
         }
-        let Some(len) = self.walk_border(side, cut, node, surface) else { return false };
+        let starts = |c: &u32| side[(c / 3) as usize] == X && surface.is_open(cut, *c);
+        let Some(first) = members.iter().flat_map(|f| 3 * f..3 * f + 3).find(starts) else { return };
+        let mut len = 0;
+        for c in surface.border(cut, first) {
+            self.border[len] = c;
+            self.position[node[c as usize] as usize] = len as u32;
+            len += 1;
+        }
+        self.part(cut, changed, side, len, node, surface);
+        for c in &self.border[..len] {
+            self.position[node[*c as usize] as usize] = NONE;
+        }
+    }
+
+    /// Cuts the cheapest path between the two arcs of the border (of `len` half-edges) that lie between X and Y.
+    fn part(&mut self, cut: &mut [u8], changed: &mut [u8], side: &[u8], len: usize, node: &[u32], surface: &Surface) {
         let label = |i: usize| side[(self.border[i % len] / 3) as usize];
-        let Some((x0, x1)) = longest_run(len, 0, len, label, X) else { return false };
-        let Some((y0, y1)) = longest_run(len, x1 + 1, len - (x1 + 1 - x0), label, Y) else { return false };
+        let Some((x0, x1)) = longest_run(len, 0, len, label, X) else { return };
+        let Some((y0, y1)) = longest_run(len, x1 + 1, len - (x1 + 1 - x0), label, Y) else { return };
         // Arc A: after X up to Y; arc B: after Y up to X (positions count on past the end of the list).
         let (a, b) = ((x1 + 1, y0), (y1 + 1, x0 + len));
         let (position, border) = (&*self.position, &*self.border);
@@ -224,36 +238,35 @@ impl<'a> Search<'a> {
                 _ => Go::Around,
             },
         );
-        if end == NONE {
-            return false;
+        if end != NONE {
+            self.paths.cut_back(end, cut, changed, node, surface);
         }
-        self.paths.cut_back(end, cut, changed, node, surface);
-        true
     }
 
     /// Joins the faces of `wanted` to the chart's border through the fewest faces, where none is on it yet.
-    fn corridor(&mut self, side: &mut [u8], wanted: u8, cut: &[u8], queue: &mut [u32], surface: &Surface) {
-        self.parent.fill(NONE);
+    fn corridor(
+        &mut self,
+        side: &mut [u8],
+        wanted: u8,
+        members: &[u32],
+        cut: &[u8],
+        queue: &mut [u32],
+        surface: &Surface,
+    ) {
         let mut tail = 0;
-        for f in 0..side.len() as u32 {
-            if side[f as usize] == wanted {
-                self.parent[f as usize] = f;
-                queue[tail] = f;
-                tail += 1;
-            }
+        for f in members.iter().filter(|f| side[**f as usize] == wanted) {
+            self.parent[*f as usize] = *f;
+            queue[tail] = *f;
+            tail += 1;
         }
-        let mut head = 0;
-        while head < tail {
+        let (mut head, mut reached) = (0, NONE);
+        while head < tail && reached == NONE {
             let f = queue[head];
             head += 1;
             for c in 3 * f..3 * f + 3 {
                 let Some(t) = surface.across(cut, c) else {
-                    let mut at = f;
-                    while self.parent[at as usize] != at {
-                        side[at as usize] = wanted;
-                        at = self.parent[at as usize];
-                    }
-                    return;
+                    reached = f;
+                    break;
                 };
                 let g = (t / 3) as usize;
                 if self.parent[g] == NONE && side[g] == FREE {
@@ -263,19 +276,12 @@ impl<'a> Search<'a> {
                 }
             }
         }
-    }
-
-    /// Lists the border of the chart that holds X; returns its length.
-    fn walk_border(&mut self, side: &[u8], cut: &[u8], node: &[u32], surface: &Surface) -> Option<usize> {
-        let first = (0..node.len() as u32).find(|c| side[(c / 3) as usize] == X && surface.is_open(cut, *c))?;
-        self.position.fill(NONE);
-        let mut len = 0;
-        for c in surface.border(cut, first) {
-            *self.border.get_mut(len)? = c;
-            self.position[node[c as usize] as usize] = len as u32;
-            len += 1;
+        while reached != NONE {
+            side[reached as usize] = wanted;
+            let from = self.parent[reached as usize];
+            reached = if from == reached { NONE } else { from };
         }
-        Some(len)
+        queue[..tail].iter().for_each(|f| self.parent[*f as usize] = NONE);
     }
 }
 

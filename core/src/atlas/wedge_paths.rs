@@ -1,4 +1,6 @@
 //! Cheapest paths inside charts, from node to node: they cross no cut, and the two sides of a cut are different nodes.
+//!
+//! Cost: O(m log m) for a search that reaches m nodes, however large the mesh is.
 
 use super::surface::Surface;
 use crate::base::heap::Heap;
@@ -11,7 +13,9 @@ pub struct WedgePaths<'a> {
     pub cost: &'a mut [f64], // (nodes)
     /// Half-edge over which each node was reached, `NONE` at sources.
     pub via: &'a mut [u32], // (nodes)
-    first: &'a mut [u32], // (nodes) a corner of each
+    first: &'a mut [u32],   // (nodes) a corner of each
+    touched: &'a mut [u32], // (nodes) those that the last search reached, so that the next one clears no more
+    touched_count: usize,
     heap_cost: &'a mut [f64],
     heap_slot: &'a mut [u32],
     heap_item: &'a mut [u32],
@@ -28,6 +32,8 @@ impl<'a> WedgePaths<'a> {
             cost: keep.take_filled(count, f64::INFINITY)?,
             via: keep.take_filled(count, NONE)?,
             first,
+            touched: keep.take(count)?,
+            touched_count: 0,
             heap_cost: keep.take(count)?,
             heap_slot: keep.take(count)?,
             heap_item: keep.take(count)?,
@@ -45,12 +51,22 @@ impl<'a> WedgePaths<'a> {
         step: impl Fn(u32, u32) -> f64,
         mut settle: impl FnMut(u32, f64) -> Go,
     ) {
-        self.cost.fill(f64::INFINITY);
-        self.via.fill(NONE);
+        for n in &self.touched[..self.touched_count] {
+            self.cost[*n as usize] = f64::INFINITY;
+            self.via[*n as usize] = NONE;
+        }
+        self.touched_count = 0;
+        let mut touch = |n: u32| {
+            self.touched[self.touched_count] = n;
+            self.touched_count += 1;
+        };
         let mut heap = Heap::new(self.heap_cost, self.heap_slot, self.heap_item);
         for n in sources {
-            self.cost[n as usize] = 0.0;
-            heap.push(n, 0.0);
+            if self.cost[n as usize] > 0.0 {
+                touch(n);
+                self.cost[n as usize] = 0.0;
+                heap.push(n, 0.0);
+            }
         }
         while let Some((n, at)) = heap.pop() {
             match settle(n, at) {
@@ -65,6 +81,9 @@ impl<'a> WedgePaths<'a> {
                     let sum = at + step(edge, t);
                     let m = node[far as usize] as usize;
                     if sum < self.cost[m] {
+                        if self.cost[m] == f64::INFINITY {
+                            touch(m as u32);
+                        }
                         self.cost[m] = sum;
                         self.via[m] = edge;
                         heap.push(m as u32, sum);

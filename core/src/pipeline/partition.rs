@@ -6,14 +6,18 @@ use crate::mesh::view::MeshView;
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::{Ray, Scene};
 use crate::rays::diameter::{DiameterSettings, diameter, diameter_need};
-use crate::segment::parts::{Settings, Summary, Surface, parts, parts_need};
+use crate::segment::parts::{Count, Settings, Summary, Surface, parts, parts_need};
 use glam::Vec3;
 
-/// Rays for the shape diameter over the whole mesh: 60 a face (DESIGN 4.3) up to 10,000 faces, then fewer a face. Where
-/// faces are many, neighbours measure the same place.
-const RAYS_IN_ALL: usize = 600_000;
-/// Rays a face, most and least.
-const RAYS: (usize, usize) = (60, 16);
+/// Rays for the shape diameter over the whole mesh: 60 a face (DESIGN 4.3) up to 5,000 faces, then fewer a face. Where
+/// faces are many, neighbours measure the same place, and patches take means.
+const RAYS_IN_ALL: usize = 300_000;
+/// The same for the published method, whose clusters are of faces: 60 up to 20,000.
+const RAYS_PUBLISHED: usize = 1_200_000;
+/// Rays a face at the most, and the least for each method.
+const RAYS_MOST: usize = 60;
+const RAYS_LEAST: usize = 16;
+const RAYS_LEAST_PUBLISHED: usize = 25;
 
 /// Scratch bytes for [`partition`].
 pub fn partition_need(faces: usize, vertices: usize, bvh: &dyn BuildBvh) -> usize {
@@ -38,7 +42,11 @@ pub fn partition(
     let positions = scratch.take::<Vec3>(mesh.positions.len())?;
     positions.iter_mut().zip(mesh.positions).for_each(|(p, q)| *p = q.as_vec3());
     let scene = Scene::new(positions, mesh.faces, bvh, &mut scratch)?;
-    let rays = (RAYS_IN_ALL / mesh.faces.len().max(1)).clamp(RAYS.1, RAYS.0);
+    let (in_all, least) = match settings.count {
+        Count::Published { .. } => (RAYS_PUBLISHED, RAYS_LEAST_PUBLISHED),
+        Count::Auto | Count::Exactly(_) => (RAYS_IN_ALL, RAYS_LEAST),
+    };
+    let rays = (in_all / mesh.faces.len().max(1)).clamp(least, RAYS_MOST);
     let cone = DiameterSettings { seed: settings.seed, rays };
     diameter(diameter_out, mesh, twin, &scene, &cone, scratch.frame(), workers)?;
     let sees = |from: Vec3, to: Vec3| {

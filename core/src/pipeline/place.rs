@@ -9,9 +9,10 @@ use super::order::order_charts;
 use super::{Report, Settings, UnwrapError, report};
 use crate::atlas::apart::{mark_turned, set_apart};
 use crate::atlas::cut::disks_again;
+use crate::atlas::halving::halve;
 use crate::atlas::pack::{self, Placement};
 use crate::atlas::pieces::Pieces;
-use crate::atlas::seams::{distortion, halve};
+use crate::atlas::seams::distortion;
 use crate::atlas::settle::settle;
 use crate::atlas::snap::{close_slits, mark_rejoined, packing_step, straighten, uv_area};
 use crate::atlas::split::split_overlaps;
@@ -115,13 +116,8 @@ pub(super) fn place(
         let failing = frame.take::<u8>(faces)?;
         let turned = mark_turned(failing, triangles, pieces.rest());
         let ajar = frame.take::<u8>(faces)?;
-        let rejoined = {
-            let mut inner = frame.frame();
-            let joined = inner.take::<u32>(nodes)?;
-            let of_node = inner.take::<u32>(nodes)?;
-            let slits = (0..pieces.count()).flat_map(|p| pieces.slits(p, cut, node.as_flattened()));
-            mark_rejoined(ajar, joined, inner.take::<i32>(charts)?, grid, node, chart, of_node, slits)
-        };
+        let slits = (0..pieces.count()).flat_map(|p| pieces.slits(p, cut, node.as_flattened()));
+        let rejoined = mark_rejoined(ajar, grid, node, chart, slits, frame.frame())?;
         if overlapping + turned + rejoined == 0 {
             break;
         }

@@ -7,13 +7,12 @@
 //! A value depends on (seed, face) and the scene, not on threads. A face without any counted ray, as on an open sheet,
 //! gets the mean of its neighbours that have one, ring by ring; a component without any ray gets 0.
 
-use super::cast::{Ray, Scene};
-use super::directions::turned_frame;
+use super::cast::Scene;
+use super::directions::{Spread, hemisphere, hemisphere_need, turned_frame};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::mesh::view::{MeshView, NONE};
-use core::f32::consts::TAU;
 use glam::Vec3;
 
 /// Cosine of half the cone's angle, 120 degrees. Narrower cones miss the far side of bent limbs, wider ones measure
@@ -43,7 +42,7 @@ impl Default for DiameterSettings {
 
 /// Scratch bytes for [`diameter`].
 pub const fn diameter_need(faces: usize) -> usize {
-    bytes_for::<Vec3>(MAX_RAYS) + bytes_for::<Vec3>(faces) + 2 * bytes_for::<u32>(faces)
+    bytes_for::<Vec3>(MAX_RAYS) + hemisphere_need(MAX_RAYS) + bytes_for::<Vec3>(faces) + 2 * bytes_for::<u32>(faces)
 }
 
 /// Shape diameter of each face, in the scene's units, at least 0. `scene` holds `mesh`, face by face; `twin` is the
@@ -61,10 +60,8 @@ pub fn diameter(
     let face_count = mesh.faces.len();
     scratch.require(diameter_need(face_count))?;
     let cone = scratch.take::<Vec3>(settings.rays.clamp(1, MAX_RAYS))?;
-    let count = cone.len() as f32;
-    for (i, direction) in cone.iter_mut().enumerate() {
-        *direction = on_cap((i as f32 + 0.5) / count, i);
-    }
+    hemisphere(cone, Spread::Uniform, scratch.frame())?;
+    cone.iter_mut().for_each(|d| *d = onto_cap(*d));
     let normals = scratch.take::<Vec3>(face_count)?;
     for (f, normal) in normals.iter_mut().enumerate() {
         let n = mesh.area_vector(f);
@@ -83,14 +80,12 @@ pub fn diameter(
     fill_gaps(out, twin, scratch)
 }
 
-/// Point `i` of a golden-angle spiral over the cap about +z, of height `share` of the cap's.
-fn on_cap(share: f32, i: usize) -> Vec3 {
-    const GOLDEN_TURN: f64 = 0.381_966_011_250_105;
-    let turn = i as f64 * GOLDEN_TURN;
-    let angle = TAU * (turn - real::floor(turn)) as f32;
-    let z = 1.0 - share * (1.0 - COS_HALF_ANGLE);
-    let r = real::sqrt(1.0 - z * z);
-    Vec3::new(r * real::cos(angle), r * real::sin(angle), z)
+/// The hemisphere squeezed onto the cone's cap: even densities stay even, since heights scale.
+fn onto_cap(d: Vec3) -> Vec3 {
+    let z = 1.0 - (1.0 - d.z) * (1.0 - COS_HALF_ANGLE);
+    let (flat, wanted) = (real::sqrt(1.0 - d.z * d.z), real::sqrt(1.0 - z * z));
+    let scale = if flat > 0.0 { wanted / flat } else { 0.0 };
+    Vec3::new(d.x * scale, d.y * scale, z)
 }
 
 /// The median length, or -1 where no ray counts.
@@ -101,15 +96,17 @@ fn at_face(middle: Vec3, face: usize, normals: &[Vec3], cone: &[Vec3], scene: &S
     }
     let [t, b] = turned_frame(inward, seed, face as u64);
     let origin = middle + inward * (OFFSET * scene.reach());
+    let mut world = [Vec3::ZERO; MAX_RAYS];
+    for (w, local) in world.iter_mut().zip(cone) {
+        *w = t * local.x + b * local.y + inward * local.z;
+    }
+    let world = &world[..cone.len()];
     let mut lengths = heapless::Vec::<f32, MAX_RAYS>::new();
-    for local in cone {
-        let direction = t * local.x + b * local.y + inward * local.z;
-        if let Some(hit) = scene.closest(&Ray { origin, direction })
-            && normals[hit.face as usize].dot(direction) > 0.0
-        {
+    scene.closest_each(origin, world, |i, hit| {
+        if normals[hit.face as usize].dot(world[i]) > 0.0 {
             lengths.push(hit.distance).unwrap_or_else(|_| unreachable!("one a direction"));
         }
-    }
+    });
     if lengths.is_empty() {
         return -1.0;
     }

@@ -21,17 +21,26 @@ use glam::Vec3;
 
 /// Rays that are sorted at a time: up to 64 packets and one part-filled packet a cube side, on the stack.
 pub const BLOCK: usize = 512;
-const SIDES: usize = 6;
-const PACKETS: usize = BLOCK / LANES + SIDES;
+pub(super) const SIDES: usize = 6;
+pub(super) const PACKETS: usize = BLOCK / LANES + SIDES;
 
 /// Rays of one cube side.
 #[derive(Clone, Copy)]
-struct Packet {
-    slope: [[f32; LANES]; 2],
-    inverse: [[f32; LANES]; 2],
-    active: u32,       // bit i: ray i is still free
-    ray: [u16; LANES], // place in the block
+pub(super) struct Packet {
+    pub slope: [[f32; LANES]; 2],
+    pub inverse: [[f32; LANES]; 2],
+    pub active: u32,       // bit i: ray i is still free
+    pub ray: [u16; LANES], // place in the block
 }
+
+impl Packet {
+    /// No ray.
+    pub const EMPTY: Packet =
+        Packet { slope: [[0.0; LANES]; 2], inverse: [[1.0; LANES]; 2], active: 0, ray: [0; LANES] };
+}
+
+/// No limit on the depths of a packet's rays.
+const FREE: [f32; LANES] = [f32::INFINITY; LANES];
 
 impl Scene<'_> {
     /// How many of the rays from `origin` along `directions` meet a face: the sum of [`occluded`](Self::occluded).
@@ -50,8 +59,7 @@ impl Scene<'_> {
             return hit;
         }
         let (start, loose) = (Start::new(origin, self.reach()), Start::loose(origin, self.reach()));
-        let empty = Packet { slope: [[0.0; LANES]; 2], inverse: [[1.0; LANES]; 2], active: 0, ray: [0; LANES] };
-        let mut packets = [empty; PACKETS];
+        let mut packets = [Packet::EMPTY; PACKETS];
         let first = sort(&mut packets, directions);
         for side in 0..SIDES {
             for packet in &mut packets[first[side]..first[side + 1]] {
@@ -89,7 +97,7 @@ impl Scene<'_> {
             let child = children.trailing_zeros() as usize;
             children &= children - 1;
             let (first, count) = (node.first[child], node.count[child]);
-            if !enters::<L, AXIS>(&node.child(child), start, sign, packet) {
+            if !enters::<L, AXIS>(&node.child(child), start, sign, packet, &FREE) {
                 continue;
             }
             if count == 0 {
@@ -114,14 +122,14 @@ impl Scene<'_> {
 }
 
 /// The pyramid around a packet: the least and the largest slope to both sides.
-struct Frustum<L> {
+pub(super) struct Frustum<L> {
     least: [L; 2],
     most: [L; 2],
 }
 
 impl<L: Lanes> Frustum<L> {
     #[inline(always)]
-    fn around(packet: &Packet) -> Self {
+    pub fn around(packet: &Packet) -> Self {
         let (mut least, mut most) = ([1.0f32; 2], [-1.0f32; 2]);
         for k in 0..2 {
             for i in 0..LANES {
@@ -137,7 +145,7 @@ impl<L: Lanes> Frustum<L> {
 
     /// Bit i: the pyramid may touch the padded box of child i. Its four sides and its apex are tested alone.
     #[inline(always)]
-    fn enters<const AXIS: usize>(&self, node: &WideNode, loose: &Start, sign: f32) -> u32 {
+    pub fn enters<const AXIS: usize>(&self, node: &WideNode, loose: &Start, sign: f32) -> u32 {
         let (z, x) = (AXIS, NEXT[AXIS]);
         let y = NEXT[x];
         let low = |k: usize| L::load(&node.low[k]).sub(L::splat(loose.low[k]));
@@ -155,7 +163,7 @@ impl<L: Lanes> Frustum<L> {
 
 /// Fills packets side by side of the cube, in the order of `directions`; returns each side's first packet. Rays without
 /// a direction are left out.
-fn sort(packets: &mut [Packet; PACKETS], directions: &[Vec3]) -> [usize; SIDES + 1] {
+pub(super) fn sort(packets: &mut [Packet; PACKETS], directions: &[Vec3]) -> [usize; SIDES + 1] {
     let side_of = |d: &Vec3| {
         let d = d.to_array();
         let axis = main_axis(d);
@@ -186,9 +194,15 @@ fn sort(packets: &mut [Packet; PACKETS], directions: &[Vec3]) -> [usize; SIDES +
     first
 }
 
-/// Whether any active ray is inside the padded box at some depth: `intersect::interval` over lanes.
+/// Whether any active ray is inside the padded box at some depth up to its limit: `intersect::interval` over lanes.
 #[inline(always)]
-fn enters<L: Lanes, const AXIS: usize>(node: &Node, start: &Start, sign: f32, packet: &Packet) -> bool {
+pub(super) fn enters<L: Lanes, const AXIS: usize>(
+    node: &Node,
+    start: &Start,
+    sign: f32,
+    packet: &Packet,
+    limit: &[f32; LANES],
+) -> bool {
     let (z, x) = (AXIS, NEXT[AXIS]);
     let y = NEXT[x];
     let low = |k: usize| node.low[k] - start.low[k];
@@ -199,13 +213,18 @@ fn enters<L: Lanes, const AXIS: usize>(node: &Node, start: &Start, sign: f32, pa
     let (xa, xb) = (L::splat(low(x)).mul(inverse[0]), L::splat(high(x)).mul(inverse[0]));
     let (ya, yb) = (L::splat(low(y)).mul(inverse[1]), L::splat(high(y)).mul(inverse[1]));
     let near = L::splat(z_near).max(xa.min(xb)).max(ya.min(yb));
-    let far = L::splat(z_far).min(xa.max(xb)).min(ya.max(yb));
+    let far = L::splat(z_far).min(xa.max(xb)).min(ya.max(yb)).min(L::load(limit));
     near.le(far) & packet.active != 0
 }
 
 /// Whether the edge functions of any active ray are not of both signs.
 #[inline(always)]
-fn may_meet<L: Lanes, const AXIS: usize>(triangle: &Triangle, start: &Start, sign: f32, packet: &Packet) -> u32 {
+pub(super) fn may_meet<L: Lanes, const AXIS: usize>(
+    triangle: &Triangle,
+    start: &Start,
+    sign: f32,
+    packet: &Packet,
+) -> u32 {
     let (z, x) = (AXIS, NEXT[AXIS]);
     let y = NEXT[x];
     let slope = [L::load(&packet.slope[0]), L::load(&packet.slope[1])];

@@ -9,4 +9,5 @@ pub mod exposure;
 pub mod fan;
 mod intersect;
 mod lanes;
+mod nearest;
 mod wide;

@@ -217,7 +217,7 @@ fn eye_of(surface: &Surface, face: u32, width: f64) -> Vec3 {
 mod tests {
     use super::*;
     use crate::base::random::unit_f64;
-    use std::{vec, vec::Vec};
+    use std::vec::Vec;
 
     #[test]
     fn a_matrix_times_its_inverse_is_one() {

@@ -14,16 +14,17 @@ use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::view::NONE;
 
-/// Width of the band as a share of the root of the area.
-const WIDTH: f64 = 0.03;
+/// Width of the band as a share of the root of the area. 0.03 leaves pieces of flat wall that 0.06 swallows: a part no
+/// wider than the band and without a crease about it costs more than it holds (cups: Rand error 0.26 and 0.14).
+const WIDTH: f64 = 0.06;
 /// What staying near the old border is worth.
 const PULL: f64 = 0.5;
 /// Radians of inward turn that make an edge cheaper by e.
 const GIVE: f64 = 0.3;
 /// Least cost of an edge, as a share of its length.
 const LEAST: f64 = 0.05;
-/// Rounds of expansion at the most.
-const ROUNDS: usize = 2;
+/// Rounds of expansion at the most; more cost as much again and move little.
+const ROUNDS: usize = 1;
 
 /// Bytes that [`smooth_border`] takes.
 pub const fn smooth_border_need(faces: usize) -> usize {
@@ -65,12 +66,11 @@ pub fn smooth_border(
     let near = dual.sides.iter().filter(|s| is_near(s)).count();
     let edges = scratch.take::<[u32; 2]>(near)?;
     let weight = scratch.take::<i64>(near)?;
-    let mut kept = 0;
-    for (e, sides) in dual.sides.iter().enumerate().filter(|(_, s)| is_near(s)) {
-        edges[kept] = sides.map(|f| place[f as usize]);
+    let band_edges = dual.sides.iter().enumerate().filter(|(_, s)| is_near(s));
+    for ((edge, weight), (e, sides)) in edges.iter_mut().zip(weight.iter_mut()).zip(band_edges) {
+        *edge = sides.map(|f| place[f as usize]);
         let cost = real::exp(dual.turn[e].min(0.0) / GIVE).max(LEAST);
-        weight[kept] = fixed(dual.length[e] / width * cost);
-        kept += 1;
+        *weight = fixed(dual.length[e] / width * cost);
     }
     let old = scratch.take::<u32>(used)?;
     let new = scratch.take::<u32>(used)?;
@@ -114,4 +114,57 @@ fn depths<'a>(
     walk.run(surface.twin, step, |_, _| {});
     out.copy_from_slice(walk.distance);
     Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::dual::dual_need;
+    use super::super::parts::tests::{Turned, turned};
+    use super::*;
+    use crate::mesh::view::MeshView;
+    use std::{vec, vec::Vec};
+
+    /// Two drums with a shallow groove between them at height 0.6.
+    fn grooved() -> Turned {
+        turned(&[&[0.5; 6][..], &[0.45], &[0.5; 6]].concat())
+    }
+
+    /// Label 1 for faces above `height`.
+    fn above(shape: &Turned, height: f64) -> Vec<u32> {
+        let z = |f: &[u32; 3]| f.iter().map(|v| shape.positions[*v as usize].z).sum::<f64>() / 3.0;
+        shape.faces.iter().map(|f| u32::from(z(f) > height)).collect()
+    }
+
+    fn run(labels: &mut [u32], shape: &Turned, short: usize) -> Result<(), ScratchTooSmall> {
+        let mesh = MeshView { positions: &shape.positions, faces: &shape.faces };
+        let surface = Surface { mesh, twin: &shape.twin, diameter: &shape.diameter, sees: &|_, _| true };
+        let mut bytes = vec![0; dual_need(labels.len())];
+        let dual = Dual::new(mesh, &shape.twin, &mut Scratch::new(&mut bytes)).unwrap();
+        let mut bytes = vec![0; smooth_border_need(labels.len()) / short];
+        smooth_border(labels, 2, &surface, &dual, Scratch::new(&mut bytes))
+    }
+
+    #[test]
+    fn a_border_beside_a_groove_slides_into_it() {
+        let shape = grooved();
+        let mut labels = above(&shape, 0.7);
+        run(&mut labels, &shape, 1).unwrap();
+        assert_eq!(labels, above(&shape, 0.6));
+    }
+
+    #[test]
+    fn a_border_in_the_groove_stays_and_one_label_has_none() {
+        let shape = grooved();
+        for height in [0.6, 9.0] {
+            let mut labels = above(&shape, height);
+            run(&mut labels, &shape, 1).unwrap();
+            assert_eq!(labels, above(&shape, height));
+        }
+    }
+
+    #[test]
+    fn too_little_memory_is_refused() {
+        let shape = grooved();
+        assert!(run(&mut above(&shape, 0.6), &shape, 10).is_err());
+    }
 }

@@ -43,10 +43,12 @@ pub fn by_sight(
     let crumb = CRUMB * dual.area.iter().sum::<f64>();
     // A part below a crumb's size is not taken for one: only what smoothing has cut off goes.
     let count = if count > parts { absorb(labels, count, dual, &|a, _| a < crumb, scratch)? } else { count };
-    if count != parts {
-        labels.copy_from_slice(rough); // smoothing has swallowed a part or cut one in two
+    if wanted.is_some() && count != parts {
+        // Smoothing has swallowed a part or cut one in two. Left to itself that is welcome, but not where N are asked for.
+        labels.copy_from_slice(rough);
+        return Ok(Summary { parts, clusters: 0 });
     }
-    Ok(Summary { parts, clusters: 0 })
+    Ok(Summary { parts: count, clusters: 0 })
 }
 
 /// Gives each face the number of its patch's cluster, and each speck one of its own.

@@ -192,3 +192,59 @@ fn farthest(distance: &[f64]) -> Option<u32> {
     }
     best.map(|b| b.1 as u32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::dual::dual_need;
+    use super::super::parts::tests::{Turned, dumbbell};
+    use super::*;
+    use std::vec;
+
+    fn run(shape: &Turned, short: usize, check: impl FnOnce(&Patches)) -> Result<(), ScratchTooSmall> {
+        let faces = shape.faces.len();
+        let mesh = MeshView { positions: &shape.positions, faces: &shape.faces };
+        let mut bytes = vec![0; dual_need(faces)];
+        let dual = Dual::new(mesh, &shape.twin, &mut Scratch::new(&mut bytes)).unwrap();
+        let component = vec![0; faces];
+        let (length, inward) = (vec![1.0; 3 * faces], vec![0.0; 3 * faces]);
+        let more = bytes_for::<f64>(3 * faces) + 2 * bytes_for::<f64>(1);
+        let mut bytes = vec![0; (patches_need(faces) + more) / short];
+        let mut scratch = Scratch::new(&mut bytes);
+        Patches::new(mesh, &shape.twin, &dual, &component, 1, &length, &inward, &mut scratch).map(|p| check(&p))
+    }
+
+    #[test]
+    fn every_face_has_a_patch_and_every_patch_its_middle() {
+        let shape = dumbbell();
+        run(&shape, 1, |patches| {
+            assert_eq!(patches.area.len(), patch_count(shape.faces.len()));
+            assert!(patches.of.iter().all(|p| (*p as usize) < patches.area.len()));
+            for (p, middle) in patches.middle.iter().enumerate() {
+                assert_eq!(patches.of[*middle as usize] as usize, p);
+            }
+            // A few hundred sums of shares.
+            assert!((patches.area.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        })
+        .unwrap();
+    }
+
+    #[test]
+    fn seeds_lie_apart() {
+        // Steps of length 1: with m seeds on f faces no face is farther from its seed than a ball of f/m faces needs.
+        let shape = dumbbell();
+        run(&shape, 1, |patches| {
+            let mut count = vec![0; patches.area.len()];
+            patches.of.iter().for_each(|p| count[*p as usize] += 1);
+            assert!(count.iter().all(|n| (1..=40).contains(n)), "{count:?}");
+        })
+        .unwrap();
+    }
+
+    #[test]
+    fn a_mesh_without_area_has_no_patches_and_too_little_memory_is_refused() {
+        let mut shape = dumbbell();
+        assert!(run(&shape, 20, |_| ()).is_err());
+        shape.positions.fill(DVec3::ZERO);
+        run(&shape, 1, |patches| assert!(patches.area.is_empty() && patches.of.iter().all(|p| *p == NONE))).unwrap();
+    }
+}

@@ -1,7 +1,7 @@
 //! Boughs: subtrees of the dissection's tree that are eliminated as one task each.
 //!
 //! Boughs share nothing but what they hand to the fronts above them, so workers take them side by side. Of a large system
-//! their columns are not kept: most of all, but a fifth of the work, which is done again when the solution comes
+//! their columns are not kept: most of all memory, but the lesser part of the work, which is done again when the solution comes
 //! down. The stack of updates counts as Liu 1986 does it (*On the storage requirement in the out-of-core multifrontal method
 //! for sparse factorization*, ACM TOMS 12).
 //! Which fronts are in boughs depends on the tree alone, never on the number of threads.
@@ -9,7 +9,7 @@
 use super::dissection::Front;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 
-/// Nodes of a bough at the most. 4000: 8 at a time take 30 MB more, the columns of 30,000 nodes 3 MB less.
+/// Nodes of a bough at the most. With 4000 the command takes 187 MB for a mesh of 100,000 faces, with 1000 168 MB.
 pub(super) const BOUGH: usize = 1000;
 /// A system of up to so many nodes is one bough: charts of that size come in numbers, and are worked on side by side.
 pub(super) const WHOLE: usize = 5000;

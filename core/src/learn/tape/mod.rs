@@ -2,7 +2,7 @@
 //!
 //! Values and gradients lie in two slices of the caller, laid out while recording; parameters come first where they are
 //! recorded first. Every operation is a struct with its forward and backward side by side ([`Operation`]) and an entry in
-//! the finite-difference table of [`differences`], whose completeness a test asserts.
+//! the finite-difference table of `difference_tests.rs`, whose completeness a test asserts.
 //! An operation's output lies behind its inputs, so one split of the slice separates what is read from what is written.
 //! Backward begins at seeds (output, weight). A gradient that nothing has reached is neither read nor cleared: whole
 //! branches cost nothing when their seed is missing. Generic over [`Float`]: f32 trains, f64 checks.
@@ -13,8 +13,9 @@
 mod affine;
 mod angles;
 mod cosine;
-mod difference_cases;
-mod differences;
+
+mod case_tests;
+mod difference_tests;
 mod distortion;
 mod eigenvalues;
 mod means;

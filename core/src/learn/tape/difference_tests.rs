@@ -4,7 +4,7 @@
 //! h^2 f'''/6 (1e-12 times the third derivative, up to 1e4 where smooth maxima and barriers bend) and eps f/h = 1e-10.
 #![cfg(test)]
 
-use super::difference_cases::{Case, cases};
+use super::case_tests::{Case, cases};
 use super::*;
 use crate::base::random::unit_f64;
 use crate::base::workers::Serial;
