@@ -16,7 +16,7 @@ use std::path::Path;
 /// Points of the loss curves at the most.
 const SAMPLES: usize = 200;
 /// Widest network that a settings file or a map may ask for.
-pub const WIDEST: usize = 4096;
+pub const WIDEST: usize = 1024;
 
 /// How maps are trained, and where they are kept.
 #[derive(Clone, Debug)]
@@ -48,6 +48,7 @@ struct File {
     code: Option<usize>,
     steps: Option<usize>,
     batch: Option<usize>,
+    side: Option<f64>,
     spread: Option<f64>,
     margin: Option<f64>,
     first_rate: Option<f64>,
@@ -80,6 +81,7 @@ impl Trainer {
         settings.widths = Widths { hidden: file.width.unwrap_or(hidden), code: file.code.unwrap_or(code) };
         settings.steps = args.steps.map(|s| s as usize).or(file.steps).unwrap_or(settings.steps);
         settings.batch = file.batch.unwrap_or(settings.batch);
+        settings.side = file.side.unwrap_or(settings.side);
         settings.spread = file.spread.unwrap_or(settings.spread);
         settings.margin = file.margin.unwrap_or(settings.margin);
         settings.rate = [file.first_rate.unwrap_or(settings.rate[0]), file.last_rate.unwrap_or(settings.rate[1])];
@@ -100,9 +102,9 @@ impl Trainer {
         if !in_range(hidden) || !in_range(code) || settings.steps == 0 {
             return Err(wrong(0, format!("width and code must be 1 to {WIDEST}, steps 1 or more")));
         }
-        let numbers = [settings.spread, settings.margin, settings.rate[0], settings.rate[1]];
+        let numbers = [settings.side, settings.spread, settings.margin, settings.rate[0], settings.rate[1]];
         if !numbers.iter().chain(&settings.weights.0).all(|x| x.is_finite() && *x >= 0.0) {
-            return Err(wrong(0, "weights, rates, spread and margin must be numbers, 0 or more".into()));
+            return Err(wrong(0, "weights, rates, side, spread and margin must be numbers, 0 or more".into()));
         }
         let start = file.start.unwrap_or(preset != "paper");
         Ok(Self::with(preset, settings, start))

@@ -27,6 +27,7 @@ struct Header {
     hidden: [u8; 4],
     code: [u8; 4],
     maps: [u8; 4],
+    side: [u8; 4],
 }
 
 /// Writes the maps of `trainer`.
@@ -44,6 +45,7 @@ fn bytes(trainer: &Trainer) -> Vec<u8> {
         hidden: number(hidden),
         code: number(code),
         maps: number(count),
+        side: (trainer.settings.side as f32).to_le_bytes(),
     };
     let mut bytes = bytes_of(&header).to_vec();
     let width = trainer.settings.widths.parameter_count();
@@ -76,6 +78,7 @@ fn parse(bytes: &[u8]) -> Result<Trainer, String> {
     if !is_width(hidden) || !is_width(code) || !(1..=MOST).contains(&maps) {
         return Err(format!("damaged: {maps} maps of widths {hidden} and {code}; write it anew"));
     }
+    let side = f64::from(f32::from_le_bytes(header.side));
     let widths = Widths { hidden, code };
     let count = widths.parameter_count();
     let expected = SIZE + maps * (12 * 8 + 2 * count) + 8;
@@ -86,7 +89,7 @@ fn parse(bytes: &[u8]) -> Result<Trainer, String> {
     if hash(body).to_le_bytes() != sum {
         return Err("damaged: the checksum is wrong; copy or write it anew".into());
     }
-    let mut trainer = Trainer::with("given".into(), Settings { widths, ..Settings::STANDARD }, true);
+    let mut trainer = Trainer::with("given".into(), Settings { widths, side, ..Settings::STANDARD }, true);
     trainer.given = maps;
     for (k, map) in body[SIZE..].chunks_exact(12 * 8 + 2 * count).enumerate() {
         let (frame, weights) = map.split_at(12 * 8);
@@ -100,8 +103,8 @@ fn parse(bytes: &[u8]) -> Result<Trainer, String> {
             return Err("damaged: a frame that is not a number; write it anew".into());
         }
     }
-    if !trainer.weights.iter().all(|w| w.is_finite()) {
-        return Err("a weight that is not a number; train it anew".into());
+    if !side.is_finite() || !trainer.weights.iter().all(|w| w.is_finite()) {
+        return Err("a number that is none; train it anew".into());
     }
     Ok(trainer)
 }
@@ -131,9 +134,10 @@ mod tests {
         let after = parse(&bytes).unwrap();
         let used = 2 * before.settings.widths.parameter_count();
         assert_eq!((after.given, after.settings.widths), (2, before.settings.widths));
+        assert_eq!(after.settings.side, before.settings.side);
         assert_eq!((&after.frames[..2], &after.weights[..used]), (&before.frames[..2], &before.weights[..used]));
         assert_eq!(bytes[8..24], [1, 0, 0, 0, 3, 0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0]);
-        assert_eq!(bytes[24 + 96 + 2..][..2], [0x00, 0x30], "0.125 in 16 bits");
+        assert_eq!(bytes[28 + 96 + 2..][..2], [0x00, 0x30], "0.125 in 16 bits");
     }
 
     #[test]

@@ -58,6 +58,8 @@ pub struct Settings {
     pub batch: usize,
     /// Weight of each loss.
     pub weights: LossWeights,
+    /// Side of the box that the points fill; 1 in the published training. Larger ones let the map change faster over space.
+    pub side: f64,
     /// Radius of repulsion in lattice steps.
     pub spread: f64,
     /// Share of the mean area ratio that [`Loss::Fold`] wants every face to keep.
@@ -75,6 +77,7 @@ impl Settings {
         steps: 2000,
         batch: 0,
         weights: LossWeights::PUBLISHED,
+        side: 1.0,
         spread: 0.25,
         margin: 0.1,
         rate: [1e-3, 1e-5],
@@ -242,7 +245,8 @@ pub fn train(
     let (vertices, faces) = (input.exposure.len(), input.faces.len() / 3);
     scratch.require(train_need(vertices, faces, settings))?;
     let mut memory = scratch.frame();
-    let frame = Frame::of(input.positions);
+    let mut frame = Frame::of(input.positions);
+    frame.scale *= settings.side as f32;
     let positions = memory.take_unset::<f32>(input.positions.len())?;
     frame.apply(positions, input.positions);
     let ring = memory.take_unset::<u32>(vertices * SEAM_NEIGHBOURS)?;

@@ -113,13 +113,17 @@ pub(super) fn neural(
 ) -> Result<(), UnwrapError> {
     let (order, count) = largest(scene.pieces);
     let given = learning.summary.maps;
-    let all_given = given > 0 && count == scene.pieces.count();
-    if !all_given && (learning.start || count < scene.pieces.count()) {
-        let total = scene.pieces.count();
-        let budget = Budget { one: true, ..scene.budget };
+    let budget = Budget { one: true, ..scene.budget };
+    let total = scene.pieces.count();
+    let from_charts = given == 0 && learning.start;
+    if from_charts {
         unwrap_pieces(uv, cut, scene.pieces, budget, scratch.frame(), scene.workers, &mut |p| {
             progress.report(Stage::Flatten, p, total).is_continue()
         })?;
+    }
+    for p in (0..total).filter(|p| !from_charts && !order[..count].contains(&(*p as u32))) {
+        let corners = scene.pieces.corners(p);
+        exactly(&mut uv[corners.clone()], &mut cut[corners], p, scene, budget, scratch.frame(), progress)?;
     }
     for (k, p) in order[..count].iter().enumerate() {
         let corners = scene.pieces.corners(*p as usize);
@@ -131,6 +135,9 @@ pub(super) fn neural(
         if given > 0 {
             given_map(q, &surface, scene, learning, given, frame.frame())?;
         } else if learning.summary.was_stopped {
+            if !from_charts {
+                exactly(uv, cut, *p as usize, scene, budget, frame, progress)?;
+            }
             continue;
         } else {
             learn(q, scores, (k, *p as usize), Some((uv, cut)), &surface, scene, learning, frame.frame(), progress)?;
@@ -175,6 +182,8 @@ pub(super) fn hybrid(
         for (c, out) in cost.iter_mut().enumerate() {
             let ends = [c as u32, next(c as u32)].map(|c| scores[surface.mesh.vertex(c) as usize]);
             let seam = f64::from(ends[0] + ends[1]) * 0.5;
+            // A training that left the finite numbers has nothing to say.
+            let seam = if seam.is_finite() { seam } else { 0.0 };
             *out = surface.cost[c] * (1.0 - SAVED * seam);
         }
         let other_uv = frame.take::<DVec2>(corners.len())?;
@@ -185,7 +194,10 @@ pub(super) fn hybrid(
         })?;
         // Judged by what the exact method pays, not by the price that the guide has lowered.
         let paid = |cut: &[u8]| (0..cut.len()).filter(|c| cut[*c] != 0).map(|c| surface.cost[c]).sum::<f64>();
-        let missed = |uv: &[DVec2]| (distortion(uv, surface.rest) - scene.budget.distortion).max(0.0);
+        let missed = |uv: &[DVec2]| {
+            let over = distortion(uv, surface.rest) - scene.budget.distortion;
+            if over.is_nan() { f64::INFINITY } else { over.max(0.0) }
+        };
         let (before, after) = ([missed(uv), paid(cut)], [missed(other_uv), paid(other_cut)]);
         if after < before {
             uv.copy_from_slice(other_uv);
@@ -193,6 +205,22 @@ pub(super) fn hybrid(
         }
     }
     Ok(())
+}
+
+/// Charts of piece `p` without a map.
+fn exactly(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    p: usize,
+    scene: &Scene,
+    budget: Budget,
+    mut scratch: Scratch,
+    progress: &mut dyn Progress,
+) -> Result<(), UnwrapError> {
+    let mut keep = scratch.frame();
+    let surface = scene.pieces.surface(p, &mut keep)?;
+    let mut proceed = || progress.report(Stage::Flatten, p, scene.pieces.count()).is_continue();
+    Ok(make_charts(uv, cut, &surface, budget, keep, scene.workers, &mut proceed)?)
 }
 
 /// The pieces that are learned, the largest first, and how many.
@@ -302,7 +330,8 @@ fn given_map(
     for k in 0..given {
         fill(k, positions);
         let here = Frame::of(positions);
-        let gap = here.centre.iter().map(|c| c * c).sum::<f32>() + (1.0 / here.scale - 1.0) * (1.0 / here.scale - 1.0);
+        let size = 1.0 / here.scale - learning.settings.side as f32;
+        let gap = here.centre.iter().map(|c| c * c).sum::<f32>() + size * size;
         if gap < best.0 {
             best = (gap, k);
         }
