@@ -97,6 +97,23 @@ fn an_output_that_cannot_be_written_is_code_4_before_any_work() {
     fails(dir, &["demo", "-o", "good.obj"], 4, &["good.obj"]);
 }
 
+/// The OBJ is complete when the sheet turns out to be a file that nobody can write: a device without room, found at publishing.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_sheet_that_fails_after_a_good_obj_is_code_4_and_named() {
+    let dir = folder();
+    let dir = dir.path();
+    std::os::unix::fs::symlink("/dev/full", dir.join("full.png")).expect("links are allowed");
+    let output = seamwright(dir, &["unwrap", "good.obj", "-o", "out.obj", "--sheet", "full.png", "-q"]);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(4), "{message}");
+    assert!(message.contains("--sheet full.png"), "{message}");
+    // What is there is whole, and nothing temporary stays.
+    let text = fs::read_to_string(dir.join("out.obj")).unwrap_or_default();
+    assert!(text.is_empty() || text.ends_with("f 1/1 2/2 3/3\n"), "{text}");
+    assert!(snapshot(dir).iter().all(|(name, _)| ["good.obj", "out.obj", "full.png"].contains(&name.as_str())));
+}
+
 #[test]
 fn help_and_version_are_code_0_and_name_the_exit_codes() {
     let dir = folder();
