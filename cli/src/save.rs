@@ -72,8 +72,9 @@ impl Drafts {
         Ok(())
     }
 
-    /// Puts every output in its place.
-    pub fn publish(self) -> Result<(), Failure> {
+    /// Puts every output in its place: what is written in place first, since that may fail where a rename does not.
+    pub fn publish(mut self) -> Result<(), Failure> {
+        self.drafts.sort_by_key(|draft| matches!(draft.text, Text::Beside(_)));
         for Draft { flag, path, text } in self.drafts {
             match text {
                 Text::Beside(file) => file.persist(&path).map(drop).map_err(|e| e.error),

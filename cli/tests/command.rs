@@ -97,6 +97,22 @@ fn an_output_that_cannot_be_written_is_code_4_before_any_work() {
     fails(dir, &["demo", "-o", "good.obj"], 4, &["good.obj"]);
 }
 
+/// The OBJ is complete when the sheet turns out to be a file that nobody can write: a device without room.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_sheet_that_fails_after_a_good_obj_is_code_4_and_leaves_nothing() {
+    let dir = folder();
+    let dir = dir.path();
+    std::os::unix::fs::symlink("/dev/full", dir.join("full.png")).expect("links are allowed");
+    let output = seamwright(dir, &["unwrap", "good.obj", "-o", "out.obj", "--sheet", "full.png", "-q"]);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(4), "{message}");
+    assert!(message.contains("--sheet full.png"), "{message}");
+    let mut names: Vec<_> = fs::read_dir(dir).expect("readable").flatten().map(|e| e.file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["full.png", "good.obj"]);
+}
+
 #[test]
 fn help_and_version_are_code_0_and_name_the_exit_codes() {
     let dir = folder();

@@ -69,6 +69,24 @@ pub fn open_cylinder() -> Mesh {
     mesh(positions, &lattice(columns, rows, |c, r| r * columns + c % columns))
 }
 
+/// A closed cylinder as design programs write them: each lid is fans of triangles from one corner of its rim.
+pub fn cylinder_with_fans(sides: u32) -> Mesh {
+    let point = |c: u32, z: f64| {
+        let a = f64::from(c) * TAU / f64::from(sides);
+        DVec3::new(a.cos(), a.sin(), z)
+    };
+    let positions = [0.0, 1.0].into_iter().flat_map(|z| (0..sides).map(move |c| point(c, z))).collect();
+    let mut polygons = vec![];
+    for a in 0..sides {
+        let b = (a + 1) % sides;
+        polygons.extend([vec![a, b, sides + b], vec![a, sides + b, sides + a]]);
+    }
+    for c in 1..sides - 1 {
+        polygons.extend([vec![sides, sides + c, sides + c + 1], vec![0, c + 1, c]]);
+    }
+    mesh(positions, &polygons)
+}
+
 /// A strip with half a twist: one side, one border loop.
 pub fn moebius() -> Mesh {
     let (columns, rows) = (40, 4);

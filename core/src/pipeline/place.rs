@@ -3,7 +3,7 @@
 //! Pack, round to the grid, and look there: faces that overlap are split from one another, slits whose sides lie on each
 //! other are parted, faces that turned over are set apart, and all is packed anew. After [`SPLITTING`] attempts what still
 //! overlaps is set apart as regular polygons. What is measured and reported is what is written.
-//! Guarantee: nothing overlaps, or there is an error. Limit: each attempt packs anew.
+//! Guarantee: nothing overlaps, or there is an error. Limit: each attempt packs anew, the later ones with less effort.
 
 use super::order::order_charts;
 use super::{Report, Settings, UnwrapError, report};
@@ -30,6 +30,11 @@ use glam::DVec2;
 const ATTEMPTS: usize = 12;
 /// Attempts after which polygons that still overlap something are set apart instead.
 const SPLITTING: usize = 7;
+/// Attempts that are packed with all effort; the others, which knots of slivers need, with [`LATER_EFFORT`] of it: a soup of
+/// ten polygons took twelve times the time of one packing.
+const CAREFUL: usize = 2;
+/// See [`CAREFUL`].
+const LATER_EFFORT: f64 = 0.05;
 
 /// Packs the charts, puts them on the grid, and checks them there exactly; what overlaps is split and packed anew, or with
 /// `mends` off only counted.
@@ -72,7 +77,9 @@ pub(super) fn place(
         }
         let placements = frame.take_filled::<Placement>(charts, Placement::IDENTITY)?;
         let shapes = pack::Charts { uv: points, faces: node, chart, count: charts };
-        let packed = pack::pack(placements, &shapes, &settings.pack(), &mut frame, workers)?;
+        let mut packing = settings.pack();
+        packing.effort *= if attempt < CAREFUL { 1.0 } else { LATER_EFFORT };
+        let packed = pack::pack(placements, &shapes, &packing, &mut frame, workers)?;
         let grid = frame.take::<GridPoint>(nodes)?;
         // What packing has not seen of a chart may stick out of the square by so much.
         let margin = step * placements.iter().fold(0.0, |m, p| p.scale.max(m));
