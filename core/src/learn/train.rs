@@ -279,7 +279,7 @@ fn check(output: &Output, input: &Input, settings: &Settings) -> Result<(), Trai
     if !input.target.is_empty() || settings.weights.0[Loss::Target as usize] != 0.0 {
         is_whole("target", input.target.len(), 2 * vertices)?;
     }
-    if input.smooth.len() % 3 != 0 || input.smooth.len() > input.faces.len() {
+    if !input.smooth.len().is_multiple_of(3) || input.smooth.len() > input.faces.len() {
         return Err(TrainError::Length {
             what: "smooth faces",
             expected: input.faces.len(),
