@@ -22,8 +22,10 @@ pub use float::Float;
 pub const SLOPE: f64 = 0.01;
 /// Depth of a slab: a panel of B of 16 columns takes 16 KB of the first cache. 128 and 512 were within 3 %.
 const SLAB: usize = 256;
-/// Rows of A that a task packs at a time, on its stack: 24 x 256 values = 24 KB. 48 was no faster.
+/// Rows of A that a task packs at a time, on its stack: 24 x 256 values = 24 KB. 66 was slower for small products.
 const PACKED_ROWS: usize = 24;
+/// Rows of a task at the most, so that those of A stay in the second cache. 48 and 96 were within 2 %.
+const ROWS: usize = 66;
 /// Widest panel of any path, for sizes of memory.
 const WIDEST: usize = 64;
 /// Products with fewer multiplications than this run on the calling thread: handing out costs more (10 to 20 us).
@@ -102,9 +104,9 @@ impl Shape {
         self.rows.saturating_mul(self.columns).saturating_mul(self.depth)
     }
 
-    /// Rows of a task: multiples of every tile's height; fewer where C is low, so that two threads share it evenly.
+    /// Rows of a task: a multiple of every tile's height; fewer where C is low, so that two threads share it evenly.
     fn block(self) -> usize {
-        if self.rows < 16 * PACKED_ROWS { PACKED_ROWS } else { 2 * PACKED_ROWS }
+        (self.rows / if self.rows < 4 * ROWS { 5 } else { 8 }).next_multiple_of(6).clamp(12, ROWS)
     }
 }
 
