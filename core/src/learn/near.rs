@@ -91,8 +91,8 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
             }
             let middle = low.midpoint(high);
             found.offer(self.order[middle], distance::<T, D>(&self.points[middle * D..], at), except);
-            let [left, right] =
-                [(low, middle), (middle + 1, high)].map(|(low, high)| (low, high, self.gap(at, low, high)));
+            let left = (low, middle, self.gap(at, low, middle));
+            let right = (middle + 1, high, self.gap(at, middle + 1, high));
             let (near, far) = if left.2 <= right.2 { (left, right) } else { (right, left) };
             waiting.push(far).unwrap_or_else(|_| unreachable!("one a level"));
             next = Some(near);

@@ -179,7 +179,8 @@ pub fn product<T: Float>(
     let width = T::panel(path);
     let packed = &mut packed[..columns.next_multiple_of(width) * depth];
     if depth > 0 {
-        for_each_chunk(workers, packed, width * depth, &|panel, out| pack(out, b, panel * width, width, columns));
+        let padded = columns.next_multiple_of(width);
+        for_each_chunk(workers, packed, SLAB * padded, &|slab, out| pack(out, b, slab * SLAB, width, columns));
     }
     let (packed, block) = (&*packed, shape.block());
     for_each_chunk(workers, &mut c[..rows * columns], block * columns, &|task, rows| {
@@ -195,20 +196,39 @@ pub fn product<T: Float>(
     });
 }
 
-/// Copies columns `first..first + width` of B row after row; columns beyond the last become zero.
+/// Where the panel that begins at `column` lies in packed B: slab after slab, in each panel after panel.
+#[inline(always)]
+fn panel_of(slab: &core::ops::Range<usize>, column: usize, columns: usize, width: usize) -> core::ops::Range<usize> {
+    let at = slab.start * columns.next_multiple_of(width) + column * slab.len();
+    at..at + width * slab.len()
+}
+
+/// Packs a slab of B, from row `first` on; columns beyond the last become zero.
 fn pack<T: Float>(out: &mut [T], b: Matrix<T>, first: usize, width: usize, columns: usize) {
-    let there = width.min(columns - first);
+    let rows = out.len() / columns.next_multiple_of(width);
     if b.column == 1 {
-        for (k, row) in out.chunks_exact_mut(width).enumerate() {
-            row[..there].copy_from_slice(&b.data[k * b.row + first..][..there]);
-            row[there..].fill(T::ZERO);
+        // Row by row, so that each is read once and in order.
+        for k in 0..rows {
+            let row = &b.data[(first + k) * b.row..][..columns];
+            for (panel, from) in row.chunks(width).enumerate() {
+                let to = &mut out[(panel * rows + k) * width..][..width];
+                let (whole, rest) = from.as_chunks::<{ plain::WIDTH }>();
+                let (to_whole, to_rest) = to.split_at_mut(from.len() - rest.len());
+                to_whole.as_chunks_mut::<{ plain::WIDTH }>().0.iter_mut().zip(whole).for_each(|(to, from)| *to = *from);
+                for (i, to) in to_rest.iter_mut().enumerate() {
+                    *to = rest.get(i).copied().unwrap_or(T::ZERO);
+                }
+            }
         }
     } else {
-        // B is a transposed matrix: walk its rows, which are contiguous, a few columns of the panel at a time.
-        for j in 0..width {
-            let column = if j < there { &b.data[(first + j) * b.column..] } else { &[] };
-            for (k, row) in out.chunks_exact_mut(width).enumerate() {
-                row[j] = if j < there { column[k * b.row] } else { T::ZERO };
+        // B is a transposed matrix: walk its rows, which are contiguous.
+        for (panel, out) in out.chunks_exact_mut(rows * width).enumerate() {
+            for j in 0..width {
+                let column = panel * width + j;
+                let from = if column < columns { &b.data[column * b.column + first * b.row..] } else { &[] };
+                for (k, row) in out.chunks_exact_mut(width).enumerate() {
+                    row[j] = if column < columns { from[k * b.row] } else { T::ZERO };
+                }
             }
         }
     }

@@ -3,7 +3,7 @@
 //! One macro writes both. `unsafe` lives here: instructions found at run time, and loads and stores through pointers
 //! whose bounds are asserted once a task.
 
-use super::{Matrix, PACKED_ROWS, Path, SLAB, pack_rows};
+use super::{Matrix, PACKED_ROWS, Path, SLAB, pack_rows, panel_of};
 use core::arch::x86_64::*;
 
 /// Rows of a tile: 6 x 2 sums, 2 loads and a broadcast fill AVX2's 16 registers; 6 x 4, 4 and 1 AVX-512's 32.
@@ -106,7 +106,7 @@ macro_rules! path {
                             );
                         }
                         for column in (0..columns).step_by(WIDTH) {
-                            let panel = &packed[column * depth..][slab.start * WIDTH..slab.end * WIDTH];
+                            let panel = &packed[panel_of(&slab, column, columns, WIDTH)];
                             for (i, row) in (block..end).step_by(HEIGHT).enumerate() {
                                 let left = if is_direct(row) {
                                     let rows = &a.data[row * a.row..];
