@@ -24,7 +24,7 @@ pub const SLOPE: f64 = 0.01;
 const SLAB: usize = 256;
 /// Rows of A that a task packs at a time, on its stack: 24 x 256 values = 24 KB. 66 was slower for small products.
 const PACKED_ROWS: usize = 24;
-/// Rows of a task at the most, so that those of A stay in the second cache. 48 and 96 were within 2 %.
+/// Rows of a task at the most, so that those of A stay in the second cache. 24 and 132 were within the noise.
 const ROWS: usize = 66;
 /// Widest panel of any path, for sizes of memory.
 const WIDEST: usize = 64;
