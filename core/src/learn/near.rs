@@ -2,7 +2,9 @@
 //!
 //! Ranges are halved by their median point along their widest side, so the tree is balanced for any distribution, outliers and
 //! clusters included (Friedman, Bentley, Finkel, *An algorithm for finding best matches in logarithmic expected time*,
-//! ACM TOMS 3(3), 1977). Equal distances go to the lower index, so results do not depend on the tree.
+//! ACM TOMS 3(3), 1977). Each range has its box: planes alone say little to a query far away from a cluster, which is what
+//! an untrained map looks like. Equal distances go to the lower index, so results do not depend on the tree.
+//! A box's distance is summed as a point's is, and rounding keeps order, so no nearer point is ever passed over.
 //! Build O(n log^2 n), a query O(log n) for spread points. Points with NaN are never found.
 
 use super::kernels::Float;
@@ -17,7 +19,7 @@ const DEPTH: usize = 34;
 pub struct Tree<'a, T, const D: usize> {
     points: &'a [T],  // (n, D) in the order of the tree
     order: &'a [u32], // (n) index of each
-    axis: &'a [u8],   // (n) the axis along which the range whose middle this is was halved
+    boxes: &'a [T],   // (n, 2, D) lowest and highest corner of the range whose middle this is
 }
 
 /// The `K` nearest found so far, nearest first.
@@ -33,7 +35,8 @@ pub struct Found<T, const K: usize> {
 
 /// Bytes that [`Tree::new`] takes.
 pub const fn tree_need<T>(count: usize, dimensions: usize) -> usize {
-    bytes_for::<T>(count.saturating_mul(dimensions)) + bytes_for::<u32>(count) + bytes_for::<u8>(count)
+    let points = bytes_for::<T>(count.saturating_mul(dimensions));
+    points.saturating_add(bytes_for::<u32>(count)).saturating_add(bytes_for::<T>(count.saturating_mul(2 * dimensions)))
 }
 
 impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
@@ -43,18 +46,20 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
         scratch.require(tree_need::<T>(count, D))?;
         let sorted = scratch.take_unset::<T>(count * D)?;
         let order = scratch.take_unset::<u32>(count)?;
-        let axis = scratch.take::<u8>(count)?;
+        let boxes = scratch.take_unset::<T>(count * 2 * D)?;
         order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
         let mut waiting = heapless::Vec::<(usize, usize), DEPTH>::new();
-        let mut range = (0, count);
+        let mut range: (usize, usize) = (0, count);
         loop {
             let (low, high) = range;
+            let middle = low.midpoint(high);
+            let widest = match boxes.get_mut(middle * 2 * D..) {
+                Some(corners) if low < high => surround::<T, D>(corners, points, &order[low..high]),
+                _ => 0,
+            };
             if high - low > LEAF {
-                let middle = low.midpoint(high);
-                let widest = widest::<T, D>(points, &order[low..high]);
                 let key = |i: &u32| points[*i as usize * D + widest];
                 order[low..high].select_nth_unstable_by(middle - low, |a, b| key(a).order(key(b)).then(a.cmp(b)));
-                axis[middle] = widest as u8;
                 waiting.push((middle + 1, high)).unwrap_or_else(|_| unreachable!("halves of 2^32 points"));
                 range = (low, middle);
             } else if let Some(next) = waiting.pop() {
@@ -66,7 +71,7 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
         for (to, &i) in sorted.chunks_exact_mut(D).zip(&*order) {
             to.copy_from_slice(&points[i as usize * D..][..D]);
         }
-        Ok(Self { points: sorted, order, axis })
+        Ok(Self { points: sorted, order, boxes })
     }
 
     /// The up to `K` points nearest to `at` whose squared distance is at most `within`, without the point `except`.
@@ -85,17 +90,28 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
                 continue;
             }
             let middle = low.midpoint(high);
-            let axis = self.axis[middle] as usize;
-            let ahead = at[axis] - self.points[middle * D + axis];
-            let gap = ahead * ahead;
-            let far = if gap > least { gap } else { least };
-            let (left, right) = ((low, middle), (middle + 1, high));
             found.offer(self.order[middle], distance::<T, D>(&self.points[middle * D..], at), except);
-            let (near, other) = if ahead < T::ZERO { (left, right) } else { (right, left) };
-            waiting.push((other.0, other.1, far)).unwrap_or_else(|_| unreachable!("one a level"));
-            next = Some((near.0, near.1, least));
+            let left = (low, middle, self.gap(at, low, middle));
+            let right = (middle + 1, high, self.gap(at, middle + 1, high));
+            let (near, far) = if left.2 <= right.2 { (left, right) } else { (right, left) };
+            waiting.push(far).unwrap_or_else(|_| unreachable!("one a level"));
+            next = Some(near);
         }
         found
+    }
+
+    /// Squared distance from `at` to the box of a range; 0 where that is not known.
+    #[inline(always)]
+    fn gap(&self, at: &[T], low: usize, high: usize) -> T {
+        let corners = &self.boxes[low.midpoint(high) * 2 * D..][..2 * D];
+        let mut sum = T::ZERO;
+        for c in 0..D {
+            let (below, above) = (corners[c] - at[c], at[c] - corners[D + c]);
+            let outside = if below > above { below } else { above };
+            let outside = if outside > T::ZERO { outside } else { T::ZERO };
+            sum += outside * outside;
+        }
+        sum
     }
 }
 
@@ -117,8 +133,9 @@ impl<T: Float, const K: usize> Found<T, K> {
     }
 }
 
+/// Squared distance of two points.
 #[inline(always)]
-fn distance<T: Float, const D: usize>(a: &[T], b: &[T]) -> T {
+pub fn distance<T: Float, const D: usize>(a: &[T], b: &[T]) -> T {
     let mut sum = T::ZERO;
     for (a, b) in a[..D].iter().zip(&b[..D]) {
         sum += (*a - *b) * (*a - *b);
@@ -126,8 +143,8 @@ fn distance<T: Float, const D: usize>(a: &[T], b: &[T]) -> T {
     sum
 }
 
-/// The axis along which the listed points spread widest.
-fn widest<T: Float, const D: usize>(points: &[T], listed: &[u32]) -> usize {
+/// Writes the lowest and the highest corner of the listed points; the axis along which they spread widest.
+fn surround<T: Float, const D: usize>(corners: &mut [T], points: &[T], listed: &[u32]) -> usize {
     let first: [T; D] = core::array::from_fn(|c| points[listed[0] as usize * D + c]);
     let (mut low, mut high) = (first, first);
     for &i in listed {
@@ -141,6 +158,8 @@ fn widest<T: Float, const D: usize>(points: &[T], listed: &[u32]) -> usize {
             }
         }
     }
+    corners[..D].copy_from_slice(&low);
+    corners[D..2 * D].copy_from_slice(&high);
     (1..D).fold(0, |best, c| if high[c] - low[c] > high[best] - low[best] { c } else { best })
 }
 

@@ -2,7 +2,8 @@
 //!
 //! `learn_step [--width N] [--code N] [--threads N] [--steps N] [--path plain|avx2|avx512] [--products] [--train PRESET] FILE.obj`
 //! prints seconds a step, the best and the median of N after two that do not count, and the mean processor time of all
-//! threads, which other programs on the machine disturb less. `--products` times matrix products
+//! threads, which other programs on the machine disturb less. `--products` times matrix products and, as their bound, fused
+//! multiply-adds that stay in registers (by `unsafe`: instructions found at run time)
 //! instead, `--train` a whole training by a preset, with its losses. See tests/bench/learn_step.py for PyTorch.
 
 use seamwright::threads::Pool;
@@ -129,6 +130,36 @@ fn time_products(path: Path) {
         let [forward, inputs, weights] = speed;
         println!("{rows}x{columns}x{depth}: X W^T {forward:.1}, dY W {inputs:.1}, dY^T X {weights:.1} GFLOP/s");
     }
+    #[cfg(target_arch = "x86_64")]
+    if Path::Avx2.is_available() {
+        println!(
+            "fused multiply-adds of registers, AVX2: {:.1} GFLOP/s",
+            (0..5).map(|_| registers()).fold(0.0, f64::max)
+        );
+    }
+}
+
+/// GFLOP/s of 12 independent sums of 8 lanes that never leave their registers: the bound of every product by AVX2.
+#[cfg(target_arch = "x86_64")]
+fn registers() -> f64 {
+    use std::arch::x86_64::{_mm256_fmadd_ps, _mm256_set1_ps};
+    use std::hint::black_box;
+
+    const SUMS: usize = 12;
+    #[target_feature(enable = "avx2,fma")]
+    fn sums(steps: usize) {
+        let (x, y) = (_mm256_set1_ps(black_box(0.999)), _mm256_set1_ps(black_box(1e-3)));
+        let mut sums = [_mm256_set1_ps(black_box(1.0)); SUMS];
+        for _ in 0..steps {
+            sums.iter_mut().for_each(|sum| *sum = _mm256_fmadd_ps(*sum, x, y));
+        }
+        black_box(sums);
+    }
+    let steps = 4_000_000;
+    let start = Instant::now();
+    // SAFETY: the caller has found the instructions.
+    unsafe { sums(black_box(steps)) };
+    (steps * SUMS * 16) as f64 / start.elapsed().as_secs_f64() / 1e9
 }
 
 /// Trains by a preset; prints the losses on the way, wall and processor seconds, and the share of seam vertices.

@@ -22,8 +22,10 @@ pub use float::Float;
 pub const SLOPE: f64 = 0.01;
 /// Depth of a slab: a panel of B of 16 columns takes 16 KB of the first cache. 128 and 512 were within 3 %.
 const SLAB: usize = 256;
-/// Rows of A that a task packs at a time, on its stack: 24 x 256 values = 24 KB. 48 was no faster.
+/// Rows of A that a task packs at a time, on its stack: 24 x 256 values = 24 KB. 66 was slower for small products.
 const PACKED_ROWS: usize = 24;
+/// Rows of a task at the most, so that those of A stay in the second cache. 24 and 132 were within the noise.
+const ROWS: usize = 66;
 /// Widest panel of any path, for sizes of memory.
 const WIDEST: usize = 64;
 /// Products with fewer multiplications than this run on the calling thread: handing out costs more (10 to 20 us).
@@ -102,9 +104,9 @@ impl Shape {
         self.rows.saturating_mul(self.columns).saturating_mul(self.depth)
     }
 
-    /// Rows of a task: multiples of every tile's height; fewer where C is low, so that two threads share it evenly.
+    /// Rows of a task: a multiple of every tile's height; fewer where C is low, so that two threads share it evenly.
     fn block(self) -> usize {
-        if self.rows < 16 * PACKED_ROWS { PACKED_ROWS } else { 2 * PACKED_ROWS }
+        (self.rows / if self.rows < 4 * ROWS { 5 } else { 8 }).next_multiple_of(6).clamp(12, ROWS)
     }
 }
 
@@ -177,7 +179,8 @@ pub fn product<T: Float>(
     let width = T::panel(path);
     let packed = &mut packed[..columns.next_multiple_of(width) * depth];
     if depth > 0 {
-        for_each_chunk(workers, packed, width * depth, &|panel, out| pack(out, b, panel * width, width, columns));
+        let padded = columns.next_multiple_of(width);
+        for_each_chunk(workers, packed, SLAB * padded, &|slab, out| pack(out, b, slab * SLAB, width, columns));
     }
     let (packed, block) = (&*packed, shape.block());
     for_each_chunk(workers, &mut c[..rows * columns], block * columns, &|task, rows| {
@@ -193,20 +196,39 @@ pub fn product<T: Float>(
     });
 }
 
-/// Copies columns `first..first + width` of B row after row; columns beyond the last become zero.
+/// Where the panel that begins at `column` lies in packed B: slab after slab, in each panel after panel.
+#[inline(always)]
+fn panel_of(slab: &core::ops::Range<usize>, column: usize, columns: usize, width: usize) -> core::ops::Range<usize> {
+    let at = slab.start * columns.next_multiple_of(width) + column * slab.len();
+    at..at + width * slab.len()
+}
+
+/// Packs a slab of B, from row `first` on; columns beyond the last become zero.
 fn pack<T: Float>(out: &mut [T], b: Matrix<T>, first: usize, width: usize, columns: usize) {
-    let there = width.min(columns - first);
+    let rows = out.len() / columns.next_multiple_of(width);
     if b.column == 1 {
-        for (k, row) in out.chunks_exact_mut(width).enumerate() {
-            row[..there].copy_from_slice(&b.data[k * b.row + first..][..there]);
-            row[there..].fill(T::ZERO);
+        // Row by row, so that each is read once and in order.
+        for k in 0..rows {
+            let row = &b.data[(first + k) * b.row..][..columns];
+            for (panel, from) in row.chunks(width).enumerate() {
+                let to = &mut out[(panel * rows + k) * width..][..width];
+                let (whole, rest) = from.as_chunks::<{ plain::WIDTH }>();
+                let (to_whole, to_rest) = to.split_at_mut(from.len() - rest.len());
+                to_whole.as_chunks_mut::<{ plain::WIDTH }>().0.iter_mut().zip(whole).for_each(|(to, from)| *to = *from);
+                for (i, to) in to_rest.iter_mut().enumerate() {
+                    *to = rest.get(i).copied().unwrap_or(T::ZERO);
+                }
+            }
         }
     } else {
-        // B is a transposed matrix: walk its rows, which are contiguous, a few columns of the panel at a time.
-        for j in 0..width {
-            let column = if j < there { &b.data[(first + j) * b.column..] } else { &[] };
-            for (k, row) in out.chunks_exact_mut(width).enumerate() {
-                row[j] = if j < there { column[k * b.row] } else { T::ZERO };
+        // B is a transposed matrix: walk its rows, which are contiguous.
+        for (panel, out) in out.chunks_exact_mut(rows * width).enumerate() {
+            for j in 0..width {
+                let column = panel * width + j;
+                let from = if column < columns { &b.data[column * b.column + first * b.row..] } else { &[] };
+                for (k, row) in out.chunks_exact_mut(width).enumerate() {
+                    row[j] = if column < columns { from[k * b.row] } else { T::ZERO };
+                }
             }
         }
     }

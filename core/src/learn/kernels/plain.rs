@@ -1,6 +1,6 @@
 //! The plain path: rows of C in array code, for every machine and both number types; the reference of the others.
 
-use super::{Float, Matrix, SLAB, pack_rows};
+use super::{Float, Matrix, SLAB, pack_rows, panel_of};
 
 /// Columns of a tile and of a packed panel.
 pub(super) const WIDTH: usize = 8;
@@ -25,7 +25,7 @@ pub(super) fn fill_rows<T: Float>(
             let begins = begins_at_zero && slab.start == 0;
             for column in (0..columns).step_by(WIDTH) {
                 let width = WIDTH.min(columns - column);
-                let panel = &packed[column * depth..][slab.start * WIDTH..slab.end * WIDTH];
+                let panel = &packed[panel_of(&slab, column, columns, WIDTH)];
                 let mut tile = [[T::ZERO; WIDTH]; HEIGHT];
                 for (r, line) in tile.iter_mut().enumerate().take(if begins { 0 } else { height }) {
                     line[..width].copy_from_slice(&rows[(row + r) * columns + column..][..width]);

@@ -3,7 +3,7 @@
 //! One macro writes both. `unsafe` lives here: instructions found at run time, and loads and stores through pointers
 //! whose bounds are asserted once a task.
 
-use super::{Matrix, PACKED_ROWS, Path, SLAB, pack_rows};
+use super::{Matrix, PACKED_ROWS, Path, SLAB, pack_rows, panel_of};
 use core::arch::x86_64::*;
 
 /// Rows of a tile: 6 x 2 sums, 2 loads and a broadcast fill AVX2's 16 registers; 6 x 4, 4 and 1 AVX-512's 32.
@@ -65,28 +65,55 @@ macro_rules! path {
                 packed: &[f32],
                 begins_at_zero: bool,
             ) {
+                // Rows of A that lie along the depth are read where they are; others are packed first.
+                // SAFETY: the caller's.
+                unsafe {
+                    if a.column == 1 {
+                        walk::<1>(rows, columns, depth, a, packed, begins_at_zero);
+                    } else {
+                        walk::<{ PACKED_ROWS / HEIGHT }>(rows, columns, depth, a, packed, begins_at_zero);
+                    }
+                }
+            }
+
+            /// [`fill_rows`] with memory for `TILES` packed tiles of A; with 1 only a ragged last tile is packed.
+            /// SAFETY: that of [`fill_rows`].
+            #[target_feature(enable = $features)]
+            unsafe fn walk<const TILES: usize>(
+                rows: &mut [f32],
+                columns: usize,
+                depth: usize,
+                a: Matrix<f32>,
+                packed: &[f32],
+                begins_at_zero: bool,
+            ) {
                 let count = rows.len() / columns;
-                let mut left = [0.0; PACKED_ROWS * SLAB];
+                let mut left = [[0.0; HEIGHT * SLAB]; TILES];
                 for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
-                    let (size, begins) = (HEIGHT * slab.len(), begins_at_zero && slab.start == 0);
-                    for block in (0..count).step_by(PACKED_ROWS) {
-                        let end = (block + PACKED_ROWS).min(count);
-                        // Whole tiles of rows that lie along the depth are read where they are.
-                        let is_direct = |row: usize| a.column == 1 && row + HEIGHT <= end;
-                        for (row, out) in (block..end).step_by(HEIGHT).zip(left.chunks_exact_mut(size)) {
-                            if !is_direct(row) {
-                                pack_rows::<f32, HEIGHT>(out, a, row, end.min(row + HEIGHT), slab.clone());
-                            }
+                    let begins = begins_at_zero && slab.start == 0;
+                    for block in (0..count).step_by(if TILES == 1 { count } else { TILES * HEIGHT }) {
+                        let end = if TILES == 1 { count } else { (block + TILES * HEIGHT).min(count) };
+                        let is_direct = |row: usize| TILES == 1 && row + HEIGHT <= end;
+                        // With one tile of memory that is the last, ragged one.
+                        let first = if TILES == 1 { end / HEIGHT * HEIGHT } else { block };
+                        for (row, out) in (first..end).step_by(HEIGHT).zip(&mut left) {
+                            pack_rows::<f32, HEIGHT>(
+                                &mut out[..HEIGHT * slab.len()],
+                                a,
+                                row,
+                                end.min(row + HEIGHT),
+                                slab.clone(),
+                            );
                         }
                         for column in (0..columns).step_by(WIDTH) {
-                            let panel = &packed[column * depth..][slab.start * WIDTH..slab.end * WIDTH];
-                            for (row, left) in (block..end).step_by(HEIGHT).zip(left.chunks_exact(size)) {
+                            let panel = &packed[panel_of(&slab, column, columns, WIDTH)];
+                            for (i, row) in (block..end).step_by(HEIGHT).enumerate() {
                                 let left = if is_direct(row) {
                                     let rows = &a.data[row * a.row..];
                                     assert!(rows.len() >= (HEIGHT - 1) * a.row + slab.end);
                                     (rows[slab.start..].as_ptr(), a.row, 1)
                                 } else {
-                                    (left.as_ptr(), 1, HEIGHT)
+                                    (left[if TILES == 1 { 0 } else { i }].as_ptr(), 1, HEIGHT)
                                 };
                                 let (height, width) = (HEIGHT.min(end - row), WIDTH.min(columns - column));
                                 let at = row * columns + column;

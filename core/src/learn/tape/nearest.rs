@@ -4,7 +4,7 @@ use super::{NONE, Operation, Replay, Table, Tape, Var};
 use crate::base::scratch::ScratchTooSmall;
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::learn::kernels::Float;
-use crate::learn::near::{Tree, tree_need};
+use crate::learn::near::{Tree, distance, tree_need};
 
 /// Queries of a task: about 0.1 ms.
 const CHUNK: usize = 128;
@@ -31,11 +31,14 @@ impl Tape {
     }
 }
 
-/// Writes for each row of `from` the nearest of `tree`.
-fn search<T: Float>(out: &mut [u32], from: &[T], tree: &Tree<T, 3>, workers: &dyn Workers) {
+/// Writes for each row of `from` the nearest of `to`, whose tree is given. Whatever row stands in `out` bounds the
+/// search, without influence on the result: after a small step the nearest is mostly the same as before.
+fn search<T: Float>(out: &mut [u32], from: &[T], to: &[T], tree: &Tree<T, 3>, workers: &dyn Workers) {
     for_each_chunk(workers, out, CHUNK, &|task, out| {
         for (out, at) in out.iter_mut().zip(from[task * CHUNK * 3..].chunks_exact(3)) {
-            *out = tree.nearest::<1>(at, T::of(f64::INFINITY), None).index[0];
+            let before = to.chunks_exact(3).nth(*out as usize).map(|to| distance::<T, 3>(to, at));
+            let within = before.filter(|x| *x < T::of(f64::INFINITY)).unwrap_or(T::of(f64::INFINITY));
+            *out = tree.nearest::<1>(at, within, None).index[0];
         }
     });
 }
@@ -68,9 +71,9 @@ impl Operation for Nearest {
         let (before, y) = self.y.split(run.values);
         let (a, b) = (self.a.of(before), self.b.of(before));
         let tree = Tree::new(b, &mut run.scratch.frame())?;
-        search(self.to_b.of_mut(run.indices), a, &tree, run.workers);
+        search(self.to_b.of_mut(run.indices), a, b, &tree, run.workers);
         let tree = Tree::new(a, &mut run.scratch.frame())?;
-        search(self.to_a.of_mut(run.indices), b, &tree, run.workers);
+        search(self.to_a.of_mut(run.indices), b, a, &tree, run.workers);
         let means = [mean(a, b, self.to_b.of(run.indices)), mean(b, a, self.to_a.of(run.indices))];
         let is_second = means[1] > means[0];
         self.which.of_mut(run.indices)[0] = is_second as u32;
