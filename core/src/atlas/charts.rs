@@ -15,6 +15,9 @@ use glam::{DVec2, DVec3};
 
 /// Charts that are worked on at the same time.
 const LANES: usize = 8;
+/// Of larger meshes charts with up to a quarter of all faces are worked on at the same time, since each holds its memory to
+/// the end.
+const AT_ONCE: usize = 20_000;
 
 /// The faces of each chart.
 pub struct Charts<'a> {
@@ -106,6 +109,7 @@ pub fn work_on(
             on_border[node[next(c) as usize] as usize] = 1;
         }
     }
+    let most = AT_ONCE.max(surface.mesh.faces.len() / 4);
     let mut sound = true;
     let mut k = 0;
     while k < charts.count() {
@@ -114,11 +118,13 @@ pub fn work_on(
             let mut wave = scratch.frame();
             let mut jobs = heapless::Vec::<Job, LANES>::new();
             let mut members = heapless::Vec::<usize, LANES>::new();
+            let mut taken = 0;
             while k < charts.count() && !jobs.is_full() {
                 if wanted(k) {
                     let faces = charts.faces_of(k);
                     let need = job_need(faces.len());
-                    if wave.remaining() < need && !jobs.is_empty() {
+                    taken += faces.len();
+                    if (wave.remaining() < need || taken > most) && !jobs.is_empty() {
                         break;
                     }
                     let bytes = need.min(wave.remaining());

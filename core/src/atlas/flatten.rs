@@ -90,10 +90,19 @@ pub fn tutte(
     let springs = Piece { triangles: &[], rest: &[], free: inner, at: piece.at, springs };
     let temporary = scratch.split(graph_need(&springs))?;
     let mut system = System::new(&springs, &mut scratch, temporary)?;
-    // Three rounds: the later ones correct the factor's single precision.
+    // Later rounds correct the factor's single precision. Where the first has left no triangle turned, the second is as good
+    // as exact; limbs, whose triangles become very small, take the third.
+    let upright = |x: &[DVec2]| {
+        piece.triangles.iter().all(|t| {
+            let [a, b, c] = t.map(|i| x[i as usize]);
+            (b - a).perp_dot(c - a) > 0.0
+        })
+    };
+    let mut rounds = 3;
     let step = scratch.take::<DVec2>(inner)?;
     x[..inner].fill(DVec2::ZERO);
-    for _ in 0..3 {
+    let mut round = 0;
+    while round < rounds {
         let here = &*x;
         let spring = |s: usize, matrix: &mut FrontMatrix| {
             let s = springs.springs[s];
@@ -103,6 +112,10 @@ pub fn tutte(
         system.solve(step, |_, _| {}, spring, 0.0, scratch.frame(), workers)?;
         for (x, s) in x.iter_mut().zip(step.iter()) {
             *x += *s;
+        }
+        round += 1;
+        if round == 1 && upright(x) {
+            rounds = 2;
         }
     }
     Ok(())

@@ -151,6 +151,9 @@ pub fn pack(
         let leading = leading(&outlines);
         let lead = outlines.leading(leading);
         let all = leading == outlines.count();
+        // Charts that are separated twice get half the work each time.
+        let twice = leading > 1 && !all && outlines.count() <= SEPARATE_MAX;
+        let settings = Settings { effort: settings.effort * if twice { 0.5 } else { 1.0 }, ..*settings };
         let mut lead_side = side;
         if leading == 1 {
             square::place(&mut poses[..1], &mut lead_side, &lead);
@@ -159,7 +162,7 @@ pub fn pack(
             let gap = Gap { texels: gap.texels * if all { 1.0 } else { LEAD_ROOM }, ..gap };
             let poses = &mut poses[..leading];
             fill::improve(poses, &mut lead_side, &lead, Fixed::NONE, &gap, &mut frame, workers)?;
-            separate::improve(poses, &mut lead_side, &lead, &gap, settings, &mut frame, workers)?;
+            separate::improve(poses, &mut lead_side, &lead, &gap, &settings, &mut frame, workers)?;
         }
         if !all {
             let fixed = Fixed { charts: leading, room: LEAD_ROOM * lead_side };
@@ -172,7 +175,7 @@ pub fn pack(
                 fill::improve(poses, &mut side, &outlines, Fixed::NONE, &gap, &mut frame, workers)?;
             }
             if outlines.count() <= SEPARATE_MAX {
-                separate::improve(poses, &mut side, &outlines, &gap, settings, &mut frame, workers)?;
+                separate::improve(poses, &mut side, &outlines, &gap, &settings, &mut frame, workers)?;
             }
         }
     }

@@ -36,6 +36,10 @@ const REFINED: usize = 2;
 /// Sweeps without 2 % less overlap before an attempt is given up. Over eight atlases of 3 to 39 charts, 12 fills .705 of
 /// the square on the mean, 7 .693, 25 .692 and 60 .686.
 const PATIENCE: usize = 12;
+/// Share of the work after which steps become fine.
+const EXPLORE: f64 = 0.7;
+/// Share of the work without a smaller square after which they do so at once.
+const STALE: f64 = 0.25;
 /// Rounds of the exact check, each with wider gaps between the pairs that failed the last.
 const CHECKS: usize = 40;
 /// Look-ups a round.
@@ -148,22 +152,23 @@ impl Lane<'_> {
         self.bodies.len()
     }
 
-    /// Explores with steps of a few percent, then compresses with finer ones, within `budget` look-ups.
+    /// Explores with steps of a few percent, then compresses with finer ones, within `budget` look-ups. Where nothing better
+    /// has been found for a while it goes on to the end at once.
     fn search(&mut self, budget: f64) {
         let mut shrink = f64::min(0.02, 0.06 / real::sqrt(self.count() as f64));
-        let mut fails = 0;
-        while self.work < budget {
-            let late = self.work > 0.7 * budget;
-            if late {
+        let (mut fails, mut late, mut end, mut found) = (0, false, budget, 0.0);
+        while self.work < end {
+            if !late && (self.work > EXPLORE * budget || self.work - found > STALE * budget) {
+                (late, end) = (true, self.work + (1.0 - EXPLORE) * budget);
                 shrink = f64::min(shrink, 0.004);
             }
             self.load(self.best_side * (1.0 - shrink));
             if fails > 0 && !late {
                 self.disrupt();
             }
-            if self.resolve(budget, PATIENCE) {
+            if self.resolve(end, PATIENCE) {
                 self.keep();
-                fails = 0;
+                (fails, found) = (0, self.work);
             } else {
                 fails += 1;
                 if late || fails > 3 {
