@@ -22,3 +22,4 @@ pub mod split;
 pub mod surface;
 pub mod transfer;
 pub mod wedge_paths;
+pub mod zip;

@@ -21,6 +21,7 @@ use super::slide::Slides;
 use super::split::split_overlaps;
 use super::surface::Surface;
 use super::transfer::{transfer, transfer_need};
+use super::zip::{Goal, zip, zip_need};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
@@ -68,6 +69,8 @@ const RESERVE: f64 = 1.5e-3;
 const RESERVE_SHARE: f64 = 0.2;
 /// Share of what the bound allows to which gluing goes.
 const GLUE_TO: f64 = 0.97;
+/// Share of what the bound allows to which zipping goes.
+const ZIP_TO: f64 = 0.97;
 /// Most excess of a glued chart over what the bound allows on the mean.
 const OWN_EXCESS: f64 = 12.0;
 /// And its mean energy over 4, less 1, whatever the bound.
@@ -116,7 +119,8 @@ pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let growing = 12 * bytes_for::<f64>(vertices) + 12 * bytes_for::<u32>(vertices) + bytes_for::<[u64; 2]>(corners);
     let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
     let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
-    let direct = lists + growing.max(splitting).max(jobs).max(glue_need(faces)).max(compact_need(faces));
+    let zipping = zip_need(faces, vertices) + splitting.max(jobs);
+    let direct = lists + growing.max(splitting).max(zipping).max(jobs).max(glue_need(faces)).max(compact_need(faces));
     if faces <= PROXY_FROM {
         return direct;
     }
@@ -161,6 +165,9 @@ pub fn make_charts(
         if search.distortion() <= budget.distortion {
             break;
         }
+    }
+    if !large {
+        search.zip(budget, scratch.frame())?;
     }
     search.concentrate(budget.distortion, scratch.frame())
 }
@@ -249,6 +256,17 @@ impl Search<'_> {
             self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
             self.part_overlaps(scratch.frame())?;
         }
+        Ok(())
+    }
+
+    /// Takes out cuts that the bound does not need.
+    fn zip(&mut self, budget: Budget, scratch: Scratch) -> Result<(), SeamError> {
+        if !(self.proceed)() {
+            return Err(SeamError::Stopped);
+        }
+        let distortion = 1.0 + ZIP_TO * (budget.distortion - 1.0);
+        let goal = Goal { distortion, bulky: budget.one };
+        zip(self.uv, self.cut, self.surface, goal, scratch, self.workers)?;
         Ok(())
     }
 
