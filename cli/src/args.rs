@@ -2,6 +2,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use seamwright_core::judge::measure::RESOLUTION;
+use seamwright_core::learn::train;
 use seamwright_core::{pipeline, segment};
 use std::path::PathBuf;
 
@@ -24,6 +25,8 @@ pub struct CommandLine {
 pub enum Command {
     /// Give a mesh a UV atlas
     Unwrap(UnwrapArgs),
+    /// Evaluate saved maps on a mesh, without training
+    Apply(ApplyArgs),
     /// Find the parts of a mesh and write a label for each face
     Segment(SegmentArgs),
     /// Print the figures of UV-mapped OBJ files, whatever tool made them
@@ -48,6 +51,9 @@ pub struct UnwrapArgs {
     /// How the atlas is made.
     #[command(flatten)]
     pub settings: SettingsArgs,
+    /// How maps are trained.
+    #[command(flatten)]
+    pub learning: LearningArgs,
     /// Cut along the borders of the object's parts: off, auto, a number of parts, or published (see `segment`)
     #[arg(long, value_name = "N|auto|off", default_value = "off", value_parser = parts_or_off)]
     pub parts: PartsArg,
@@ -95,6 +101,55 @@ pub struct SettingsArgs {
     /// Seed of every random choice
     #[arg(long, default_value_t = pipeline::Settings::default().seed)]
     pub seed: u64,
+}
+
+/// How maps are trained (`neural`, `hybrid`).
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Training (--method neural, hybrid)")]
+pub struct LearningArgs {
+    /// What training begins with: draft, standard or paper (the published training). standard by default
+    #[arg(long, value_name = "NAME", value_parser = preset)]
+    pub preset: Option<String>,
+    /// A file that changes the preset's settings (see docs/FORMATS.md)
+    #[arg(long = "settings", value_name = "FILE.toml")]
+    pub file: Option<PathBuf>,
+    /// Steps of training
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
+    pub steps: Option<u32>,
+    /// Weight of the loss that draws seams to hidden places; 0 turns it off
+    #[arg(long, value_name = "WEIGHT", value_parser = weight)]
+    pub visibility: Option<f64>,
+    /// Also write the trained maps, for `seamwright apply`
+    #[arg(long, value_name = "FILE")]
+    pub save_map: Option<PathBuf>,
+    /// Also draw the losses over the steps
+    #[arg(long, value_name = "OUT.png")]
+    pub curves: Option<PathBuf>,
+}
+
+/// `apply`.
+#[derive(Debug, Args)]
+pub struct ApplyArgs {
+    /// The mesh that the maps were trained on, or a finer one in the same place
+    pub mesh: PathBuf,
+    /// Maps that `unwrap --save-map` wrote
+    #[arg(long, value_name = "FILE")]
+    pub map: PathBuf,
+    /// The OBJ to write
+    #[arg(short, long, value_name = "OUT.obj")]
+    pub output: PathBuf,
+    /// How the atlas is made.
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+    /// Also draw the result
+    #[arg(long, value_name = "OUT.png")]
+    pub sheet: Option<PathBuf>,
+    /// Also write a report; - is standard output
+    #[arg(long, value_name = "REPORT.json|-")]
+    pub json: Option<PathBuf>,
+    /// How it runs.
+    #[command(flatten)]
+    pub run: RunArgs,
 }
 
 /// How a run behaves.
@@ -196,6 +251,10 @@ pub struct DemoArgs {
 pub enum Method {
     /// Cuts by exposure and distortion, then flattening; no training
     Exact,
+    /// A network's own map of each piece, cut where it tears; charts may overlap, which is reported
+    Neural,
+    /// Networks say where seams hide, the exact stages make the atlas
+    Hybrid,
 }
 
 /// Charts of each connected piece.
@@ -232,6 +291,8 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Method::Exact => "exact",
+            Method::Neural => "neural",
+            Method::Hybrid => "hybrid",
         }
     }
 }
@@ -293,6 +354,18 @@ fn parts(word: &str) -> Result<PartsArg, String> {
 
 fn parts_or_off(word: &str) -> Result<PartsArg, String> {
     if word == "off" { Ok(PartsArg::Off) } else { parts(word).map_err(|e| e.replace("write ", "write off, ")) }
+}
+
+fn preset(word: &str) -> Result<String, String> {
+    let known = train::Settings::preset(word).map(|_| word.to_string());
+    known.ok_or_else(|| "write draft, standard or paper".into())
+}
+
+fn weight(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(weight) if weight >= 0.0 && weight.is_finite() => Ok(weight),
+        _ => Err("write a number, 0 or more".into()),
+    }
 }
 
 /// A bound that something can satisfy.

@@ -3,15 +3,18 @@
 //! Core says beforehand how much memory it wants, an estimate from above for meshes as they occur. Where a mesh needs
 //! more, the run starts again with twice as much, until that does not help or the machine has no more to give.
 
+use crate::args;
 use crate::failure::Failure;
 use crate::hierarchy::ObvhsBuilder;
+use crate::learning::Trainer;
 use crate::load::Loaded;
 use crate::mesh::Mesh;
 use crate::progress::{Reporter, stop_requested};
 use glam::DVec2;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
-use seamwright_core::pipeline::{Input, Output, Report, Settings, UnwrapError, unwrap, unwrap_need};
+use seamwright_core::pipeline::learned::learned_need;
+use seamwright_core::pipeline::{Input, Method, Output, Report, Settings, UnwrapError, unwrap_by, unwrap_need};
 
 /// A UV atlas of a mesh.
 pub struct Atlas {
@@ -25,8 +28,23 @@ pub struct Atlas {
     pub report: Report,
 }
 
-/// Makes the atlas of `loaded`, with the borders of `parts` (one a polygon) as cuts where there are any. With `keep_seams` the borders of its own UVs stay cuts.
+/// Makes the atlas of `loaded` with the exact method; see [`make_by`].
 pub fn make(
+    loaded: &Loaded,
+    parts: Option<&[u32]>,
+    keep_seams: bool,
+    settings: &Settings,
+    workers: &dyn Workers,
+    progress: &mut Reporter,
+) -> Result<Atlas, Failure> {
+    make_by(args::Method::Exact, None, loaded, parts, keep_seams, settings, workers, progress)
+}
+
+/// Makes the atlas of `loaded`, with the borders of `parts` (one a polygon) as cuts where there are any. With `keep_seams` the borders of its own UVs stay cuts.
+#[allow(clippy::too_many_arguments)]
+pub fn make_by(
+    method: args::Method,
+    mut trainer: Option<&mut Trainer>,
     loaded: &Loaded,
     parts: Option<&[u32]>,
     keep_seams: bool,
@@ -43,13 +61,36 @@ pub fn make(
         parts,
     };
     let mut atlas = empty(mesh);
-    let result = with_enough(unwrap_need(&input, settings, &ObvhsBuilder), |bytes| {
+    let triangles = mesh.corners.len().saturating_sub(2 * mesh.polygon_count());
+    let learned = trainer.as_ref().map_or(0, |t| learned_need(triangles, mesh.positions.len(), &t.settings));
+    let need = unwrap_need(&input, settings, &ObvhsBuilder).saturating_add(learned);
+    let result = with_enough(need, |bytes| {
         let output = Output {
             corner_uv: &mut atlas.corner_uv,
             polygon_chart: &mut atlas.polygon_chart,
             exposure: &mut atlas.exposure,
         };
-        unwrap(output, &input, settings, &ObvhsBuilder, Scratch::new(bytes), workers, progress)
+        let Some(trainer) = &mut trainer else {
+            return unwrap_by(
+                Method::Exact,
+                output,
+                &input,
+                settings,
+                &ObvhsBuilder,
+                Scratch::new(bytes),
+                workers,
+                progress,
+            );
+        };
+        let mut learning = trainer.learning();
+        let by = match method {
+            args::Method::Exact => Method::Exact,
+            args::Method::Neural => Method::Neural(&mut learning),
+            args::Method::Hybrid => Method::Hybrid(&mut learning),
+        };
+        let report = unwrap_by(by, output, &input, settings, &ObvhsBuilder, Scratch::new(bytes), workers, progress);
+        trainer.summary = learning.summary;
+        report
     })?;
     atlas.report = result.map_err(|e| failure(loaded, e))?;
     if stop_requested() { Err(Failure::Stopped) } else { Ok(atlas) }

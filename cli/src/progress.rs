@@ -55,6 +55,7 @@ pub struct Reporter {
     bar: ProgressBar,
     current: Option<(Stage, Instant)>,
     times: Vec<StageTime>,
+    note: String,
 }
 
 /// How long a stage took, all its visits together.
@@ -71,10 +72,10 @@ impl Reporter {
     pub fn new(show: Show) -> Self {
         let target = if show == Show::Bar { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(0), target);
-        if let Ok(style) = ProgressStyle::with_template("{msg:9} [{bar:32}] {percent:>3} %  {elapsed}") {
+        if let Ok(style) = ProgressStyle::with_template("{prefix:9} [{bar:32}] {percent:>3} %  {elapsed} {msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
-        Self { show, bar, current: None, times: Vec::new() }
+        Self { show, bar, current: None, times: Vec::new(), note: String::new() }
     }
 
     /// Ends the last stage and gives the times, in the order of each stage's first report.
@@ -96,7 +97,7 @@ impl Reporter {
         let Some((stage, since)) = self.current.take() else { return };
         let (name, time) = (stage.name(), since.elapsed());
         if self.show == Show::Lines {
-            self.say(&format!("{name:9} {:8.2} s", time.as_secs_f64()));
+            self.say(format!("{name:9} {:8.2} s  {}", time.as_secs_f64(), self.note).trim_end());
         }
         match self.times.iter_mut().find(|t| t.stage == name) {
             Some(known) => known.time += time,
@@ -110,11 +111,24 @@ impl Progress for Reporter {
         if self.current.is_none_or(|(current, _)| current != stage) {
             self.end_stage();
             self.current = Some((stage, Instant::now()));
-            self.bar.set_message(stage.name());
+            self.bar.set_prefix(stage.name());
+            self.bar.set_message("");
+            self.note.clear();
         }
         self.bar.set_length(total as u64);
         self.bar.set_position(done as u64);
-        if stop_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        // Training ends early with what it has, and the run goes on: the wish is granted.
+        let stops = if stage == Stage::Learn { STOP.swap(false, Ordering::Relaxed) } else { stop_requested() };
+        if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn note(&mut self, text: core::fmt::Arguments) {
+        self.note = text.to_string();
+        let left = self.current.filter(|_| self.bar.position() > 0).map_or(String::new(), |(_, since)| {
+            let (done, total) = (self.bar.position() as f64, self.bar.length().unwrap_or(0) as f64);
+            format!("{:.0} s left, ", since.elapsed().as_secs_f64() / done * (total - done).max(0.0))
+        });
+        self.bar.set_message(format!("{left}{text}"));
     }
 }
 

@@ -1,5 +1,6 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
+pub mod learned;
 pub mod order;
 pub mod partition;
 mod place;
@@ -22,6 +23,7 @@ use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
 use crate::rays::exposure::{ExposureSettings, exposure, exposure_need};
 use glam::{DVec2, DVec3, Vec3};
+use learned::{Learning, Scene as Learner, hybrid, neural};
 use place::place;
 
 /// The user's mesh: polygons over positions, nothing merged.
@@ -45,6 +47,16 @@ impl<'a> Input<'a> {
         let Input { positions, corners, polygon_start, kept_uv, .. } = *self;
         Polygons { positions, corners, polygon_start, kept_uv }
     }
+}
+
+/// What makes the map.
+pub enum Method<'m, 'a> {
+    /// Cuts by exposure and distortion, then flattening; no training.
+    Exact,
+    /// Trained maps, cut where they tear. They may overlap: the report counts it.
+    Neural(&'m mut Learning<'a>),
+    /// Trained maps say where the exact stages cut.
+    Hybrid(&'m mut Learning<'a>),
 }
 
 /// How many charts a connected component may have.
@@ -131,7 +143,7 @@ pub struct Report {
     pub utilisation: f64,
     /// Faces that are not counter-clockwise on the grid; 0 unless they have no area to speak of.
     pub flipped: usize,
-    /// Faces that overlap another on the grid: 0, or there is no atlas.
+    /// Faces that overlap another on the grid: 0, or there is no atlas but one of [`Method::Neural`].
     pub overlapping: usize,
     /// What was repaired.
     pub repaired: repair::Summary,
@@ -244,8 +256,23 @@ pub fn unwrap_need(input: &Input, settings: &Settings, bvh: &dyn BuildBvh) -> us
 /// Charts for which [`unwrap_need`] holds packing memory.
 const CHARTS_FORESEEN: usize = 4096;
 
-/// Makes the atlas with the exact method (no training).
+/// Makes the atlas with the exact method.
 pub fn unwrap(
+    output: Output,
+    input: &Input,
+    settings: &Settings,
+    bvh: &dyn BuildBvh,
+    scratch: Scratch,
+    workers: &dyn Workers,
+    progress: &mut dyn Progress,
+) -> Result<Report, UnwrapError> {
+    unwrap_by(Method::Exact, output, input, settings, bvh, scratch, workers, progress)
+}
+
+/// Makes the atlas by `method`; those that learn take [`learned::learned_need`] more bytes.
+#[allow(clippy::too_many_arguments)]
+pub fn unwrap_by(
+    method: Method,
     output: Output,
     input: &Input,
     settings: &Settings,
@@ -259,11 +286,12 @@ pub fn unwrap(
     report(progress, Stage::Repair, 0, 1)?;
     let (mut working, repaired) = repair(&polygons, Facing::AsGiven, &mut scratch)?;
     let own = scratch.take::<DVec3>(working.positions.len())?;
-    to_own_frame(own, working.positions);
+    let placed = to_own_frame(own, working.positions);
     working.positions = own;
     report(progress, Stage::Repair, 1, 1)?;
     let cost = scratch.take::<f64>(3 * working.faces.len())?;
-    expose(output.exposure, cost, &working, settings, bvh, scratch.frame(), workers, progress)?;
+    let is_blind = matches!(&method, Method::Neural(l) if l.is_blind());
+    expose(output.exposure, cost, is_blind, &working, settings, bvh, scratch.frame(), workers, progress)?;
     let mut done = Report { repaired, ..Report::default() };
     let mut frame = scratch.frame();
     let forced = frame.take::<u8>(working.twin.len())?;
@@ -278,9 +306,18 @@ pub fn unwrap(
     let budget =
         Budget { distortion: settings.distortion, one: settings.charts == Charts::One || input.parts.is_some() };
     let total = pieces.count();
-    unwrap_pieces(uv, cut, &pieces, budget, frame.frame(), workers, &mut |p| {
-        progress.report(Stage::Seams, p, total).is_continue()
-    })?;
+    let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
+    let place_of = |p: DVec3| placed.place((p - working.centre) / working.extent);
+    let input_of = |p: DVec3| placed.back(p) * working.extent + working.centre;
+    let scene = Learner { pieces: &pieces, open: &open, place_of: &place_of, input_of: &input_of, budget, workers };
+    let mends = !matches!(method, Method::Neural(_));
+    match method {
+        Method::Exact => unwrap_pieces(uv, cut, &pieces, budget, frame.frame(), workers, &mut |p| {
+            progress.report(Stage::Seams, p, total).is_continue()
+        })?,
+        Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
+        Method::Hybrid(learning) => hybrid(uv, cut, &scene, learning, frame.frame(), progress)?,
+    }
     report(progress, Stage::Seams, total, total)?;
     place(
         output.corner_uv,
@@ -291,6 +328,7 @@ pub fn unwrap(
         &working,
         input.parts,
         settings,
+        mends,
         &mut done,
         frame,
         workers,
@@ -305,6 +343,7 @@ pub fn unwrap(
 fn expose(
     exposure_out: &mut [f32],
     cost: &mut [f64],
+    is_blind: bool, // whether cuts cost their length alone
     working: &Working,
     settings: &Settings,
     bvh: &dyn BuildBvh,
@@ -336,7 +375,7 @@ fn expose(
     for c in 0..mesh.corner_count() as u32 {
         let (a, b) = (mesh.vertex(c), mesh.vertex(next(c)));
         let d = mesh.positions[b as usize] - mesh.positions[a as usize];
-        let e = 0.5 * (f64::from(open[a as usize]) + f64::from(open[b as usize]));
+        let e = if is_blind { 1.0 } else { 0.5 * (f64::from(open[a as usize]) + f64::from(open[b as usize])) };
         let uncuttable = working.fixed[c as usize] == DIAGONAL;
         let seen = real::sqrt(d.dot(d)) * (OPEN + real::pow(e, SHARPNESS));
         cost[c as usize] = if uncuttable { f64::INFINITY } else { real::for_cost(seen) };

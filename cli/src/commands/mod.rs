@@ -1,5 +1,6 @@
 //! The commands: each takes its arguments, does its work and says how it went.
 
+mod apply;
 mod demo;
 mod measure;
 mod render;
@@ -13,6 +14,7 @@ use crate::failure::Failure;
 pub fn run(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Unwrap(args) => unwrap::unwrap(args),
+        Command::Apply(args) => apply::apply(args),
         Command::Segment(args) => segment::segment(args),
         Command::Measure(args) => measure::measure(args),
         Command::Render(args) => render::render(args),

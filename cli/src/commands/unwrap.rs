@@ -1,15 +1,17 @@
 //! `seamwright unwrap`: a mesh in, the same mesh with an atlas out.
 
-use crate::args::{Method, PartsArg, RunArgs, UnwrapArgs};
+use crate::args::{LearningArgs, Method, PartsArg, RunArgs, UnwrapArgs};
 use crate::atlas::{self, Atlas};
 use crate::failure::Failure;
 use crate::labels;
+use crate::learning::Trainer;
 use crate::load::{Loaded, load};
+use crate::map_file;
 use crate::measure::{Exposure, Polygons, Record, Weighting, measure};
 use crate::parts::{self, Parts};
-use crate::picture::Drawing;
+use crate::picture::{Drawing, curves};
 use crate::progress::{Reporter, Show, stop_requested};
-use crate::report::{InputReport, Report, ResultReport, SettingsReport, StageReport};
+use crate::report::{InputReport, LearningReport, Report, ResultReport, SettingsReport, StageReport};
 use crate::save::{self, Drafts, same_file};
 use crate::threads::Pool;
 use seamwright_core::judge::measure::RESOLUTION;
@@ -30,8 +32,14 @@ pub struct Job {
     pub sheet: Option<PathBuf>,
     /// The report to write; `-` is standard output.
     pub json: Option<PathBuf>,
+    /// The file of trained maps to write.
+    pub save_map: Option<PathBuf>,
+    /// The picture of the losses to write.
+    pub curves: Option<PathBuf>,
     /// What makes the map.
     pub method: Method,
+    /// How maps are trained, where they are.
+    pub learning: Option<Trainer>,
     /// How the atlas is made.
     pub settings: Settings,
     /// Where parts come from.
@@ -58,7 +66,10 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
         output: args.output.clone(),
         sheet: args.sheet.clone(),
         json: args.json.clone(),
+        save_map: args.learning.save_map.clone(),
+        curves: args.learning.curves.clone(),
         method: args.method,
+        learning: trainer(args)?,
         settings: args.settings.to_core(),
         parts: args.labels.clone().map_or(PartsSource::Shape(args.parts), PartsSource::File),
         groups: args.groups,
@@ -68,6 +79,28 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
     job.check_settings()?;
     job.check_paths(&args.mesh)?;
     job.run(|| load(&args.mesh))
+}
+
+/// Settings of training; flags that only training knows are refused without it.
+fn trainer(args: &UnwrapArgs) -> Result<Option<Trainer>, Failure> {
+    if args.method != Method::Exact {
+        return Trainer::new(&args.learning, args.settings.seed).map(Some);
+    }
+    let LearningArgs { preset, file, steps, visibility, save_map, curves } = &args.learning;
+    let given = [
+        ("--preset", preset.is_some()),
+        ("--settings", file.is_some()),
+        ("--steps", steps.is_some()),
+        ("--visibility", visibility.is_some()),
+        ("--save-map", save_map.is_some()),
+        ("--curves", curves.is_some()),
+    ];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((flag, _)) => {
+            Err(Failure::Usage(format!("{flag}: --method exact does not train; add --method neural or hybrid")))
+        }
+        None => Ok(None),
+    }
 }
 
 impl Job {
@@ -83,7 +116,23 @@ impl Job {
         warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
         let parts = self.find_parts(&loaded, &pool, &mut reporter)?;
         let part = parts.as_ref().map(|parts| &parts.part[..]);
-        let atlas = atlas::make(&loaded, part, self.keep_seams, &self.settings, &pool, &mut reporter)?;
+        let mut trainer = self.learning.clone();
+        let atlas = atlas::make_by(
+            self.method,
+            trainer.as_mut(),
+            &loaded,
+            part,
+            self.keep_seams,
+            &self.settings,
+            &pool,
+            &mut reporter,
+        )?;
+        if let Some(trainer) = trainer.as_ref().filter(|t| t.summary.was_stopped) {
+            let text =
+                format!("training was stopped after {} steps; the best maps so far are used", trainer.summary.steps);
+            reporter.say(&format!("warning: {}: {text}", loaded.path.display()));
+            warnings.push(text);
+        }
         let stages = reporter.finish().iter().map(StageReport::from).collect();
         let result = ResultReport::new(&atlas);
         for warning in result.warnings() {
@@ -100,6 +149,13 @@ impl Job {
             let picture = draw(&loaded, &atlas, &pool);
             drafts.add("--sheet", path, |out| out.write_all(&picture))?;
         }
+        if let (Some(path), Some(trainer)) = (&self.save_map, &trainer) {
+            drafts.add("--save-map", path, |out| map_file::write(out, trainer))?;
+        }
+        if let (Some(path), Some(trainer)) = (&self.curves, &trainer) {
+            let picture = curves::png(&loaded.name(), trainer.samples(), &trainer.settings);
+            drafts.add("--curves", path, |out| out.write_all(&picture))?;
+        }
         let seconds = start.elapsed().as_secs_f64();
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
@@ -111,6 +167,7 @@ impl Job {
             },
             result,
             parts: parts.as_ref().map(|parts| parts::tree(parts, &atlas)),
+            learning: trainer.as_ref().map(LearningReport::new),
             metrics: self.json.as_ref().map(|_| self.metrics(&loaded, &atlas)).transpose()?,
             stages,
             seconds,
@@ -177,6 +234,13 @@ impl Job {
 
     /// What to say where the atlas is not what was asked for. It is written all the same.
     fn missed(&self, atlas: &Atlas) -> Option<String> {
+        if self.method == Method::Neural {
+            // A learned map has no bound; it promises nothing but is asked for an atlas that can be painted on.
+            let bad = atlas.report.overlapping + atlas.report.flipped;
+            return (bad > 0).then(|| {
+                format!("--method neural: the atlas is written, but {bad} faces overlap or are flipped; --method hybrid has none")
+            });
+        }
         let (bound, reached) = (self.settings.distortion, atlas.report.distortion);
         let kept = reached <= bound * (1.0 + BOUND_SLACK); // not so where it is no number
         (!kept).then(|| {
@@ -186,7 +250,7 @@ impl Job {
         })
     }
 
-    fn check_settings(&self) -> Result<(), Failure> {
+    pub(super) fn check_settings(&self) -> Result<(), Failure> {
         let Settings { size, padding, .. } = self.settings;
         if padding.saturating_mul(4) > size {
             return Err(Failure::Usage(format!(
@@ -197,7 +261,7 @@ impl Job {
     }
 
     /// No output may fall on another, nor the picture or the report on the input.
-    fn check_paths(&self, input: &Path) -> Result<(), Failure> {
+    pub(super) fn check_paths(&self, input: &Path) -> Result<(), Failure> {
         let named = |path: &Path, ending: &str| {
             let special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
             special || path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
@@ -211,7 +275,20 @@ impl Job {
         }
         let json = self.json.as_deref().filter(|path| !is_stdout(path));
         let sheet = self.sheet.as_deref();
+        let (map, curves) = (self.save_map.as_deref(), self.curves.as_deref());
+        if let Some(path) = curves.filter(|path| !named(path, "png")) {
+            return Err(Failure::Usage(format!("--curves {}: name a file that ends in .png", path.display())));
+        }
         let clashes = [
+            ("--save-map", map, "the mesh", Some(input)),
+            ("--curves", curves, "the mesh", Some(input)),
+            ("--save-map", map, "-o", Some(self.output.as_path())),
+            ("--save-map", map, "--sheet", sheet),
+            ("--save-map", map, "--json", json),
+            ("--save-map", map, "--curves", curves),
+            ("--curves", curves, "-o", Some(self.output.as_path())),
+            ("--curves", curves, "--sheet", sheet),
+            ("--curves", curves, "--json", json),
             ("--sheet", sheet, "the mesh", Some(input)),
             ("--json", json, "the mesh", Some(input)),
             ("--sheet", sheet, "-o", Some(self.output.as_path())),
@@ -231,7 +308,10 @@ impl Job {
 
     fn check_outputs(&self) -> Result<(), Failure> {
         save::check("-o", &self.output)?;
-        self.sheet.as_deref().map_or(Ok(()), |path| save::check("--sheet", path))?;
+        let others = [("--sheet", &self.sheet), ("--save-map", &self.save_map), ("--curves", &self.curves)];
+        for (flag, path) in others {
+            path.as_deref().map_or(Ok(()), |path| save::check(flag, path))?;
+        }
         self.json.as_deref().filter(|path| !is_stdout(path)).map_or(Ok(()), |path| save::check("--json", path))
     }
 }

@@ -2,6 +2,7 @@
 
 mod atlas;
 mod colour;
+pub mod curves;
 mod font;
 mod histogram;
 mod image;

@@ -98,7 +98,7 @@ pub fn work_on(
     let corners = surface.mesh.corner_count();
     let node = scratch.take::<u32>(corners)?;
     let count = surface.wedges(cut, node);
-    let local = scratch.take_filled::<u32>(count, NONE)?; // place of a node in its chart
+    let local = scratch.take::<u32>(count)?; // place of a node in its chart
     let on_border = scratch.take::<u8>(count)?;
     for c in 0..corners as u32 {
         if surface.is_open(cut, c) {
@@ -109,40 +109,48 @@ pub fn work_on(
     let mut sound = true;
     let mut k = 0;
     while k < charts.count() {
-        let mut wave = scratch.frame();
-        let mut jobs = heapless::Vec::<Job, LANES>::new();
-        let mut members = heapless::Vec::<usize, LANES>::new();
-        while k < charts.count() && !jobs.is_full() {
-            if wanted(k) {
-                let faces = charts.faces_of(k);
-                let need = job_need(faces.len());
-                if wave.remaining() < need && !jobs.is_empty() {
-                    break;
+        let mut short = heapless::Vec::<usize, LANES>::new();
+        {
+            let mut wave = scratch.frame();
+            let mut jobs = heapless::Vec::<Job, LANES>::new();
+            let mut members = heapless::Vec::<usize, LANES>::new();
+            while k < charts.count() && !jobs.is_full() {
+                if wanted(k) {
+                    let faces = charts.faces_of(k);
+                    let need = job_need(faces.len());
+                    if wave.remaining() < need && !jobs.is_empty() {
+                        break;
+                    }
+                    let bytes = need.min(wave.remaining());
+                    let mut part = wave.split(bytes)?;
+                    let mut job = take_out(faces, node, local, on_border, uv, surface, cut, &mut part)?;
+                    job.scratch = Some(part);
+                    jobs.push(job).ok();
+                    members.push(k).ok();
                 }
-                let bytes = need.min(wave.remaining());
-                let mut part = wave.split(bytes)?;
-                let mut job = take_out(faces, node, local, on_border, uv, surface, cut, &mut part)?;
-                job.scratch = Some(part);
-                jobs.push(job).ok();
-                members.push(k).ok();
+                k += 1;
             }
-            k += 1;
+            for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(work, workers));
+            for (job, k) in jobs.iter().zip(&members) {
+                match job.put_back(uv) {
+                    Ok(flawless) => sound &= flawless,
+                    Err(_) => short.push(*k).unwrap_or_default(),
+                }
+            }
         }
-        for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(work, workers));
-        for job in &jobs {
-            let done = job.result?;
-            sound &= done.after.is_finite();
-            for (f, t) in job.faces.iter().zip(job.triangles.iter()) {
-                for i in 0..3 {
-                    uv[3 * *f as usize + i] = job.x[t[i] as usize];
-                }
-            }
+        // What a chart needs is an estimate that nodes of many neighbours can break: those have all memory to themselves.
+        for k in short {
+            let mut part = scratch.frame();
+            let mut job = take_out(charts.faces_of(k), node, local, on_border, uv, surface, cut, &mut part)?;
+            job.scratch = Some(part);
+            job.run(work, workers);
+            sound &= job.put_back(uv)?;
         }
     }
     Ok(sound)
 }
 
-/// Bytes for a chart of `faces` triangles.
+/// Bytes for a chart of `faces` triangles as they occur.
 pub fn job_need(faces: usize) -> usize {
     // A disk of t triangles has at most t + 2 nodes.
     let nodes = faces + 2;
@@ -169,6 +177,7 @@ fn take_out<'j>(
     let corners = || faces.iter().flat_map(|f| 3 * f..3 * f + 3);
     let mut count = 0;
     let mut inner = 0;
+    corners().for_each(|c| local[node[c as usize] as usize] = NONE);
     for border in [0, 1] {
         for c in corners() {
             let n = node[c as usize] as usize;
@@ -221,6 +230,17 @@ impl Job<'_> {
     fn run(&mut self, work: Work, workers: &dyn Workers) {
         let Some(scratch) = self.scratch.take() else { return };
         self.result = self.done(work, scratch, workers);
+    }
+
+    /// Writes the chart's UVs; whether they are free of flips.
+    fn put_back(&self, uv: &mut [DVec2]) -> Result<bool, ScratchTooSmall> {
+        let done = self.result?;
+        for (f, t) in self.faces.iter().zip(self.triangles.iter()) {
+            for i in 0..3 {
+                uv[3 * *f as usize + i] = self.x[t[i] as usize];
+            }
+        }
+        Ok(done.after.is_finite())
     }
 
     fn done(&mut self, work: Work, mut scratch: Scratch, workers: &dyn Workers) -> Result<Relaxed, ScratchTooSmall> {

@@ -83,6 +83,13 @@ impl Rest {
         p + x * along + x.perp() * up
     }
 
+    /// The same with its height over that edge times `scale`, whatever the length of the edge.
+    pub fn unfold_at_scale(&self, p: DVec2, q: DVec2, scale: f64) -> DVec2 {
+        let side = q - p;
+        let length = sqrt(side.dot(side)).max(1e-300);
+        p - side * (self.b / self.d) + side.perp() * (scale / (length * self.d))
+    }
+
     /// Length of the rest shape's edge from corner 0 to corner 1.
     pub fn base(&self) -> f64 {
         1.0 / self.a

@@ -20,6 +20,7 @@ pub mod snap;
 pub mod sparse;
 pub mod split;
 pub mod surface;
+pub mod tears;
 pub mod transfer;
 pub mod wedge_paths;
 pub mod zip;

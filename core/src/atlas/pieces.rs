@@ -209,39 +209,64 @@ pub fn unwrap_pieces(
     while p < pieces.count() {
         let corners = pieces.corners(p);
         if SMALL * corners.len() / 3 > total {
-            let mut frame = scratch.frame();
-            let surface = pieces.surface(p, &mut frame)?;
-            let (uv, cut) = (&mut uv[corners.clone()], &mut cut[corners]);
-            make_charts(uv, cut, &surface, budget, frame, workers, &mut || proceed(p))?;
+            alone(uv, cut, pieces, p, budget, scratch.frame(), workers, &mut || proceed(p))?;
             p += 1;
             continue;
         }
         if !proceed(p) {
             return Err(SeamError::Stopped);
         }
-        let mut wave = scratch.frame();
-        let mut jobs = heapless::Vec::<Job, LANES>::new();
-        let first = corners.start;
-        let (mut uv_left, mut cut_left) = (&mut uv[first..], &mut cut[first..]);
-        while p < pieces.count() && !jobs.is_full() {
-            let len = pieces.corners(p).len();
-            let need = piece_need(pieces, p);
-            if SMALL * len / 3 > total || (wave.remaining() < need && !jobs.is_empty()) {
-                break;
+        let mut short = heapless::Vec::<usize, LANES>::new();
+        {
+            let mut wave = scratch.frame();
+            let mut jobs = heapless::Vec::<Job, LANES>::new();
+            let first = corners.start;
+            let (mut uv_left, mut cut_left) = (&mut uv[first..], &mut cut[first..]);
+            while p < pieces.count() && !jobs.is_full() {
+                let len = pieces.corners(p).len();
+                let need = piece_need(pieces, p);
+                if SMALL * len / 3 > total || (wave.remaining() < need && !jobs.is_empty()) {
+                    break;
+                }
+                let (uv, rest) = uv_left.split_at_mut(len);
+                uv_left = rest;
+                let (cut, rest) = cut_left.split_at_mut(len);
+                cut_left = rest;
+                jobs.push(Job { piece: p, uv, cut, scratch: Some(wave.split(need)?), result: Ok(()) }).ok();
+                p += 1;
             }
-            let (uv, rest) = uv_left.split_at_mut(len);
-            uv_left = rest;
-            let (cut, rest) = cut_left.split_at_mut(len);
-            cut_left = rest;
-            jobs.push(Job { piece: p, uv, cut, scratch: Some(wave.split(need)?), result: Ok(()) }).ok();
-            p += 1;
+            for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(pieces, budget));
+            for job in &jobs {
+                match job.result {
+                    Err(SeamError::Scratch(_)) => short.push(job.piece).unwrap_or_default(),
+                    result => result?,
+                }
+            }
         }
-        for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(pieces, budget));
-        for job in &jobs {
-            job.result?;
+        // What a piece needs is an estimate: those that it leaves short have all memory to themselves.
+        for p in short {
+            alone(uv, cut, pieces, p, budget, scratch.frame(), workers, &mut || proceed(p))?;
         }
     }
     Ok(())
+}
+
+/// Makes charts of piece `p` with all memory and all workers.
+#[allow(clippy::too_many_arguments)]
+fn alone(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    pieces: &Pieces,
+    p: usize,
+    budget: Budget,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut() -> bool,
+) -> Result<(), SeamError> {
+    let corners = pieces.corners(p);
+    let mut frame = scratch.frame();
+    let surface = pieces.surface(p, &mut frame)?;
+    make_charts(&mut uv[corners.clone()], &mut cut[corners], &surface, budget, frame, workers, proceed)
 }
 
 impl Job<'_> {

@@ -11,6 +11,8 @@ pub enum Stage {
     Parts,
     /// Casting rays for exposure.
     Exposure,
+    /// Training maps. The one stage that a wish to stop shortens: the run goes on with the best maps so far.
+    Learn,
     /// Placing the first cuts.
     Cut,
     /// First valid flattening.
@@ -30,6 +32,7 @@ impl Stage {
             Stage::Repair => "repair",
             Stage::Parts => "parts",
             Stage::Exposure => "exposure",
+            Stage::Learn => "learn",
             Stage::Cut => "cut",
             Stage::Flatten => "flatten",
             Stage::Seams => "seams",
@@ -43,6 +46,9 @@ impl Stage {
 pub trait Progress {
     /// `done` of `total` steps of `stage` are finished. `Break` asks the run to stop as soon as it can.
     fn report(&mut self, stage: Stage, done: usize, total: usize) -> ControlFlow<()>;
+
+    /// Something that changes while a stage goes on, for people. Nobody has to listen.
+    fn note(&mut self, _text: core::fmt::Arguments) {}
 }
 
 /// Nobody listens.

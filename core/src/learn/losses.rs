@@ -33,11 +33,13 @@ pub enum Loss {
     Fold,
     /// Symmetric Dirichlet energy. Ours, not published.
     Distortion,
+    /// Distance from a given map: the start of a run. Ours, not published.
+    Target,
 }
 
 impl Loss {
     /// Every loss, in the order of all arrays of losses.
-    pub const ALL: [Loss; 10] = [
+    pub const ALL: [Loss; 11] = [
         Loss::Wrap,
         Loss::WrapNormals,
         Loss::Repel,
@@ -48,6 +50,7 @@ impl Loss {
         Loss::Visibility,
         Loss::Fold,
         Loss::Distortion,
+        Loss::Target,
     ];
 
     /// A short name for reports and settings files.
@@ -63,6 +66,7 @@ impl Loss {
             Loss::Visibility => "visibility",
             Loss::Fold => "fold",
             Loss::Distortion => "distortion",
+            Loss::Target => "target",
         }
     }
 
@@ -86,7 +90,10 @@ pub struct LossWeights(pub PerLoss<f64>);
 
 impl LossWeights {
     /// The published weights.
-    pub const PUBLISHED: Self = Self([1.0, 0.0, 0.01, 0.01, 0.005, 0.01, 1e-5, 0.004, 0.0, 0.0]);
+    pub const PUBLISHED: Self = Self([1.0, 0.0, 0.01, 0.01, 0.005, 0.01, 1e-5, 0.004, 0.0, 0.0, 0.0]);
+
+    /// Ours, for a run that starts from a map: the way to it, and seams where exposure is low.
+    pub const FITTED: Self = Self([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.004, 0.0, 0.0, 1.0]);
 
     /// The same with another weight of `loss`.
     pub fn with(mut self, loss: Loss, weight: f64) -> Self {
@@ -147,6 +154,8 @@ pub struct Graph {
     pub cosines: Var,
     /// Rest shape of faces (faces, 5), areas summing to 1, to be filled.
     pub rest: Var,
+    /// The map to begin with (points, 2), to be filled.
+    pub target: Var,
     /// The lattice (side^2, 2); [`Graph::fill_constants`].
     pub grid: Var,
     /// Unit tangents (2 points, 2); [`Graph::fill_constants`].
@@ -177,7 +186,7 @@ const REPELLED: u32 = Loss::Repel.bit();
 const LATTICE: u32 = Loss::Wrap.bit() | Loss::WrapNormals.bit() | REPELLED | Loss::CyclePoints.bit();
 const CYCLE: u32 = Loss::CyclePoints.bit() | Loss::CycleNormals.bit() | Loss::Differential.bit();
 const SCALED: u32 = Loss::Fold.bit() | Loss::Distortion.bit();
-const MAP: u32 = CYCLE | REPELLED | Loss::Triangle.bit() | Loss::Visibility.bit() | SCALED;
+const MAP: u32 = CYCLE | REPELLED | Loss::Triangle.bit() | Loss::Visibility.bit() | SCALED | Loss::Target.bit();
 
 impl Graph {
     /// Records networks of `widths` and all losses over a batch; `spread` is the radius of repulsion in lattice steps,
@@ -191,6 +200,7 @@ impl Graph {
         let (grid, units) = (t.input(side * side, 2), t.input(2 * n, 2));
         let (exposure, ring) = (t.input(scored, 1), t.table(scored * SEAM_NEIGHBOURS));
         let (faces, cosines, rest) = (t.table(face_count * 3), t.input(face_count, 3), t.input(face_count, REST));
+        let target = t.input(n, 2);
 
         t.set_group(MAP | LATTICE);
         let p = if further == 0 { positions } else { t.slice(positions, (0, 0), (n, 3)) };
@@ -246,6 +256,9 @@ impl Graph {
         t.set_group(Loss::Distortion.bit());
         let distortion = t.barrier(q, faces, rest, scale);
 
+        t.set_group(Loss::Target.bit());
+        let target_loss = t.mean_abs(q_points, target);
+
         let alone = |y| [Some(y), None, None];
         let losses = [
             alone(wrap),
@@ -258,10 +271,11 @@ impl Graph {
             alone(visibility),
             alone(fold),
             alone(distortion),
+            alone(target_loss),
         ];
         #[rustfmt::skip]
         let graph = Self {
-            tape, backbone, sizes, positions, normals, exposure, ring, faces, cosines, rest, grid, units, q, q_normalised,
+            tape, backbone, sizes, positions, normals, exposure, ring, faces, cosines, rest, target, grid, units, q, q_normalised,
             cycle, q_hat, wrapped, q_hat_cycle, tangents, reach, scores, losses,
         };
         graph

@@ -38,7 +38,7 @@ fn sheet(side: usize) -> Sheet {
     Sheet { positions, normals, faces, exposure }
 }
 
-const SMALL: Settings = Settings { widths: Widths { hidden: 16, code: 4 }, steps: 300, batch: 0, ..Settings::STANDARD };
+const SMALL: Settings = Settings { widths: Widths { hidden: 16, code: 4 }, steps: 300, batch: 0, ..Settings::PAPER };
 
 struct Result {
     q: Vec<f32>,
@@ -61,8 +61,14 @@ fn run(
     let (mut q, mut scores) = (vec![-7.0; 2 * n], vec![-7.0; n]);
     let (mut weights, mut curve) = (vec![-7.0; settings.widths.parameter_count()], vec![Sample::default(); 10]);
     let output = Output { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
-    let input =
-        Input { positions: &sheet.positions, normals: &sheet.normals, faces: &sheet.faces, exposure: &sheet.exposure };
+    let input = Input {
+        positions: &sheet.positions,
+        normals: &sheet.normals,
+        faces: &sheet.faces,
+        smooth: &sheet.faces,
+        target: &[],
+        exposure: &sheet.exposure,
+    };
     let summary = train(output, input, settings, path, workers, watch, &mut Scratch::new(&mut bytes));
     Result { q, scores, weights, curve, summary }
 }

@@ -15,12 +15,36 @@ const FAR: f64 = 0.618;
 /// All vertices are on a line where none is farther from it than this share of the unit.
 const LINE: f64 = 1e-9;
 
+/// Where a mesh's own frame lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OwnFrame {
+    axes: [DVec3; 3],
+    origin: DVec3,
+    scale: f64,
+}
+
+impl OwnFrame {
+    /// A point in the frame.
+    pub fn place(&self, p: DVec3) -> DVec3 {
+        let d = p - self.origin;
+        DVec3::from(self.axes.map(|a| a.dot(d))) * self.scale
+    }
+
+    /// The point that [`OwnFrame::place`] takes to `p`, but for rounding.
+    pub fn back(&self, p: DVec3) -> DVec3 {
+        let [x, y, z] = self.axes;
+        self.origin + (x * p.x + y * p.y + z * p.z) / self.scale
+    }
+}
+
 /// Fills `out` with `positions` in their own frame: within 1/2 of the origin. Positions that are all equal stay zero; on
 /// a line, the two other axes are any. O(n), no scratch.
-pub fn to_own_frame(out: &mut [DVec3], positions: &[DVec3]) {
+pub fn to_own_frame(out: &mut [DVec3], positions: &[DVec3]) -> OwnFrame {
     let mean = positions.iter().sum::<DVec3>() / positions.len().max(1) as f64;
     out.iter_mut().zip(positions).for_each(|(o, p)| *o = *p - mean);
-    let Some((first, radius)) = first_far(out, |d| d) else { return };
+    let Some((first, radius)) = first_far(out, |d| d) else {
+        return OwnFrame { axes: [DVec3::X, DVec3::Y, DVec3::Z], origin: mean, scale: 1.0 };
+    };
     let x = first / length(first);
     let aside = |d: DVec3| d - x * x.dot(d);
     let y = match first_far(out, aside) {
@@ -38,6 +62,7 @@ pub fn to_own_frame(out: &mut [DVec3], positions: &[DVec3]) {
     let z = x.cross(y);
     let scale = 0.5 / radius;
     out.iter_mut().for_each(|d| *d = DVec3::new(x.dot(*d), y.dot(*d), z.dot(*d)) * scale);
+    OwnFrame { axes: [x, y, z], origin: mean, scale }
 }
 
 /// The first of the points whose `part` is far out, that part, and the largest length of a part; nothing where all are 0.

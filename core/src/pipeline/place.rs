@@ -31,7 +31,8 @@ const ATTEMPTS: usize = 12;
 /// Attempts after which polygons that still overlap something are set apart instead.
 const SPLITTING: usize = 7;
 
-/// Packs the charts, puts them on the grid, and checks them there exactly; what overlaps is split and packed anew.
+/// Packs the charts, puts them on the grid, and checks them there exactly; what overlaps is split and packed anew, or with
+/// `mends` off only counted.
 #[allow(clippy::too_many_arguments)]
 pub(super) fn place(
     corner_uv: &mut [DVec2],
@@ -42,6 +43,7 @@ pub(super) fn place(
     working: &Working,
     parts: Option<&[u32]>,
     settings: &Settings,
+    mends: bool,
     done: &mut Report,
     mut scratch: Scratch,
     workers: &dyn Workers,
@@ -108,6 +110,9 @@ pub(super) fn place(
             uv[slot] = grid[*n as usize].uv(GRID_BITS) / placements[chart[slot / 3] as usize].scale.max(1e-300);
         }
         done.distortion = distortion(uv, pieces.rest());
+        if !mends {
+            break;
+        }
         let failing = frame.take::<u8>(faces)?;
         let turned = mark_turned(failing, triangles, pieces.rest());
         let ajar = frame.take::<u8>(faces)?;
@@ -141,7 +146,7 @@ pub(super) fn place(
         }
     }
     report(progress, Stage::Check, ATTEMPTS, ATTEMPTS)?;
-    if done.overlapping == 0 { Ok(()) } else { Err(UnwrapError::Overlap { faces: done.overlapping }) }
+    if done.overlapping == 0 || !mends { Ok(()) } else { Err(UnwrapError::Overlap { faces: done.overlapping }) }
 }
 
 /// Numbers the nodes and charts of all pieces together; returns how many of each.

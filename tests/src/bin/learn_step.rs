@@ -142,7 +142,14 @@ fn time_training(surface: &Surface, preset: &str, path: Path, pool: &Pool) -> Re
     let (mut q, mut scores) = (vec![0.0; 2 * count], vec![0.0; count]);
     let (mut weights, mut curve) = (vec![0.0; settings.widths.parameter_count()], vec![Sample::default(); 5]);
     let output = Output { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
-    let input = Input { positions: &positions, normals: &normals, faces: &surface.faces, exposure: &exposure };
+    let input = Input {
+        positions: &positions,
+        normals: &normals,
+        faces: &surface.faces,
+        smooth: &surface.faces,
+        target: &[],
+        exposure: &exposure,
+    };
     let start = (Instant::now(), cpu_seconds());
     let summary = train(output, input, &settings, path, pool, &mut Unwatched, &mut Scratch::new(&mut bytes))?;
     for sample in &curve {

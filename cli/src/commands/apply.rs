@@ -1,0 +1,28 @@
+//! `seamwright apply`: saved maps on a mesh, without training.
+
+use super::unwrap::{Job, PartsSource};
+use crate::args::{ApplyArgs, Method, PartsArg};
+use crate::failure::Failure;
+use crate::load::load;
+use crate::map_file;
+
+/// Runs `seamwright apply`.
+pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
+    let job = Job {
+        output: args.output.clone(),
+        sheet: args.sheet.clone(),
+        json: args.json.clone(),
+        save_map: None,
+        curves: None,
+        method: Method::Neural,
+        learning: Some(map_file::read(&args.map)?),
+        settings: args.settings.to_core(),
+        parts: PartsSource::Shape(PartsArg::Off),
+        groups: false,
+        keep_seams: false,
+        run: args.run,
+    };
+    job.check_settings()?;
+    job.check_paths(&args.mesh)?;
+    job.run(|| load(&args.mesh))
+}
