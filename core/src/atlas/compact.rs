@@ -7,9 +7,10 @@
 use super::charts::Charts;
 use super::surface::Surface;
 use super::wedge_paths::{Go, WedgePaths};
-use crate::base::real::{for_decision, sqrt};
+use crate::base::real::{cos, for_decision, sin, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::view::NONE;
+use core::f64::consts::TAU;
 use glam::DVec2;
 
 /// Places on a border between which paths are tried. 16 misses necks; 64 gains 0.3 % of the square for 3 times the work.
@@ -17,7 +18,7 @@ const SAMPLES: usize = 32;
 /// Empty hull area, over all area, from which a chart is looked at.
 const EMPTY: f64 = 0.02;
 /// Hull area, over all area, that one unit of seam cost (over the square root of all area) must save.
-const PRICE: f64 = 0.093;
+pub const PRICE: f64 = 0.093;
 
 /// Scratch bytes for [`split_bulky`].
 pub fn compact_need(faces: usize) -> usize {
@@ -93,6 +94,25 @@ pub fn split_bulky(
     Ok(split)
 }
 
+/// Area of the convex hull of points, from the extreme ones in [`SAMPLES`] directions: low by less than 1 % where they are
+/// on a circle.
+pub fn hull_of(points: impl Iterator<Item = DVec2>) -> f64 {
+    let directions: [DVec2; SAMPLES] = core::array::from_fn(|i| {
+        let angle = TAU * i as f64 / SAMPLES as f64;
+        DVec2::new(cos(angle), sin(angle))
+    });
+    let mut extreme = [(f64::NEG_INFINITY, DVec2::ZERO); SAMPLES];
+    for p in points {
+        for (e, direction) in extreme.iter_mut().zip(directions) {
+            let along = p.dot(direction);
+            if along > e.0 {
+                *e = (along, p);
+            }
+        }
+    }
+    hull_area(SAMPLES, |i| extreme[i].1)
+}
+
 /// Cheapest paths from one border node through the inside of its chart.
 fn grow(paths: &mut WedgePaths, from: u32, cut: &[u8], node: &[u32], on_border: &mut [u8], surface: &Surface) {
     paths.grow(
@@ -132,6 +152,17 @@ fn hull_area(count: usize, point: impl Fn(usize) -> DVec2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_hull_of_many_points_is_that_of_their_extremes() {
+        let grid = (0..100).map(|i| DVec2::new(f64::from(i % 10), f64::from(i / 10)));
+        assert_eq!(hull_of(grid), 81.0);
+        assert_eq!(hull_of(core::iter::empty()), 0.0);
+        // A polygon of n = 32 corners covers n / TAU sin(TAU / n) = .9936 of its circle.
+        let circle = (0..3200).map(|i| DVec2::new(cos(TAU * f64::from(i) / 3200.0), sin(TAU * f64::from(i) / 3200.0)));
+        let share = hull_of(circle) / (0.5 * TAU);
+        assert!((share - 0.9936).abs() < 1e-3, "{share}");
+    }
 
     #[test]
     fn the_hull_of_a_square_and_its_middle_is_the_square() {

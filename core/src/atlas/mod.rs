@@ -23,3 +23,4 @@ pub mod surface;
 pub mod tears;
 pub mod transfer;
 pub mod wedge_paths;
+pub mod zip;

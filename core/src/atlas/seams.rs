@@ -6,7 +6,8 @@
 //! split where it costs least, bulky ones where it saves most of the square, and small ones are glued where they fit.
 //! Large pieces are cut by way of a decimated mesh.
 //! Guarantee: disks, no flips; no overlap inside a chart where splitting ends within its rounds.
-//! Limits: slits are not zipped again, and paths slide only while they are carried over from a decimated mesh.
+//! Cuts that the bound does not need in the end are zipped again.
+//! Limit: paths slide only while they are carried over from a decimated mesh.
 
 use super::charts::{Charts, Work, job_need, work_on};
 use super::compact::{compact_need, split_bulky};
@@ -21,6 +22,7 @@ use super::slide::Slides;
 use super::split::split_overlaps;
 use super::surface::Surface;
 use super::transfer::{transfer, transfer_need};
+use super::zip::{Goal, zip, zip_need};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
@@ -65,9 +67,13 @@ const SLIDES: Slides = Slides { reach: 2.0, rounds: 3 };
 /// Distortion below the bound at which extension ends: it is left to gluing and to gathering.
 const RESERVE: f64 = 1.5e-3;
 /// The reserve is at most this share of what the bound allows: at 1.003, 0.1 makes as many seams and more distortion.
-const RESERVE_SHARE: f64 = 0.2;
+const RESERVE_SHARE: f64 = 0.3;
 /// Share of what the bound allows to which gluing goes.
 const GLUE_TO: f64 = 0.97;
+/// Distortion below the bound to which zipping goes: as near as gluing at 1.025.
+const ZIP_RESERVE: f64 = 7.5e-4;
+/// It is at most this share of what the bound allows, for angles and areas at tight bounds.
+const ZIP_RESERVE_SHARE: f64 = 0.22;
 /// Most excess of a glued chart over what the bound allows on the mean.
 const OWN_EXCESS: f64 = 12.0;
 /// And its mean energy over 4, less 1, whatever the bound.
@@ -116,7 +122,8 @@ pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let growing = 12 * bytes_for::<f64>(vertices) + 12 * bytes_for::<u32>(vertices) + bytes_for::<[u64; 2]>(corners);
     let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
     let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
-    let direct = lists + growing.max(splitting).max(jobs).max(glue_need(faces)).max(compact_need(faces));
+    let zipping = if faces <= PROXY_FROM { zip_need(faces, vertices) + splitting.max(jobs) } else { 0 };
+    let direct = lists + growing.max(splitting).max(zipping).max(jobs).max(glue_need(faces)).max(compact_need(faces));
     if faces <= PROXY_FROM {
         return direct;
     }
@@ -161,6 +168,9 @@ pub fn make_charts(
         if search.distortion() <= budget.distortion {
             break;
         }
+    }
+    if !large {
+        search.zip(budget, scratch.frame())?;
     }
     search.concentrate(budget.distortion, scratch.frame())
 }
@@ -249,6 +259,18 @@ impl Search<'_> {
             self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
             self.part_overlaps(scratch.frame())?;
         }
+        Ok(())
+    }
+
+    /// Takes out cuts that the bound does not need.
+    fn zip(&mut self, budget: Budget, scratch: Scratch) -> Result<(), SeamError> {
+        if !(self.proceed)() {
+            return Err(SeamError::Stopped);
+        }
+        let bound = budget.distortion;
+        let distortion = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
+        let goal = Goal { distortion, bulky: budget.one };
+        zip(self.uv, self.cut, self.surface, goal, scratch, self.workers)?;
         Ok(())
     }
 

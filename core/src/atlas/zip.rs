@@ -1,0 +1,349 @@
+//! Zipping cuts that the bound does not need.
+//!
+//! Extension looks one round ahead, and splitting against overlap adds cuts that make older ones useless. So each path of the
+//! cut graph whose absence leaves disks (a slit with a free end, or a path between two charts) may be taken out: its chart
+//! is flattened anew, and the path stays out where nothing overlaps, the bound holds, and the hull grows by no more area
+//! than splitting bulky charts would pay for it. What costs most to be seen comes first, over the energy that closing adds,
+//! which goes with the squared gap between the two sides.
+//! Guarantee: disks stay disks, without flips or overlaps; the distortion stays within the goal if it was.
+//! Cost: at most [`TRIES`] flattenings of one chart.
+
+use super::charts::{Charts, Work, work_on};
+use super::compact::{PRICE, hull_of};
+use super::relax::Stop;
+use super::seams::distortion;
+use super::split::self_overlaps;
+use super::surface::Surface;
+use super::transfer::{far_end, is_border};
+use crate::base::real::{for_decision, sqrt};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::Workers;
+use crate::mesh::view::next;
+use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
+
+/// Paths that are tried at the most. On the five meshes of OptCuts 40 find no more than this, but take twice the time.
+const TRIES: usize = 16;
+/// Squared gap, over all area and the distortion that is left, above which a path is not tried. Closed paths added 0.3
+/// to 1.5 of it.
+const REACH: f64 = 4.0;
+/// Share of the distortion that is left, below which energies count as equal: what is seen most goes first.
+const CHEAP: f64 = 0.1;
+/// Newton steps of a trial.
+const STOP: Stop = Stop { steps: 30, tolerance: 1e-3 };
+
+/// What zipping may do.
+#[derive(Clone, Copy)]
+pub struct Goal {
+    /// Mean symmetric Dirichlet energy over 4 at the end.
+    pub distortion: f64,
+    /// Whether a chart may become bulky.
+    pub bulky: bool,
+}
+
+/// A path of the cut graph between two nodes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+struct Path {
+    score: f64, // cost saved over the energy expected
+    saved: f64, // cost saved over the square root of all area
+    first: u32, // place in the list
+    count: u32,
+}
+
+/// Scratch bytes for [`zip`] beyond those for relaxing all charts.
+pub const fn zip_need(faces: usize, vertices: usize) -> usize {
+    8 * bytes_for::<u32>(3 * faces)
+        + bytes_for::<DVec2>(3 * faces)
+        + bytes_for::<Path>(3 * faces)
+        + 5 * bytes_for::<u32>(faces + 2)
+        + bytes_for::<u32>(vertices)
+}
+
+/// Takes paths out within `goal`; returns how many.
+pub fn zip(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    goal: Goal,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<usize, ScratchTooSmall> {
+    let failed = scratch.take::<u8>(cut.len())?;
+    let old_uv = scratch.take::<DVec2>(uv.len())?;
+    let total: f64 = surface.rest.iter().map(|r| r.area).sum();
+    let (mut zipped, mut tried) = (0, 0);
+    loop {
+        let spare = goal.distortion - distortion(uv, surface.rest);
+        if spare <= 0.0 {
+            return Ok(zipped);
+        }
+        let mut frame = scratch.frame();
+        let (list, paths) = find_paths(uv, cut, failed, surface, goal, spare * total, &mut frame)?;
+        let mut better = false;
+        for p in paths {
+            if tried == TRIES {
+                return Ok(zipped);
+            }
+            tried += 1;
+            let path = &list[p.first as usize..(p.first + p.count) as usize];
+            let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
+            old_uv.copy_from_slice(uv);
+            let before = hulls(ends, uv, cut, surface, frame.frame())?;
+            path.iter().for_each(|c| surface.set_cut(cut, *c, false));
+            let sound = close(uv, cut, path[0] / 3, surface, frame.frame(), workers)?;
+            let more = hulls(ends, uv, cut, surface, frame.frame())? - before;
+            let compact = goal.bulky || more <= PRICE * p.saved * total;
+            if sound && compact && distortion(uv, surface.rest) <= goal.distortion {
+                zipped += 1;
+                better = true;
+                break;
+            }
+            for c in path {
+                surface.set_cut(cut, *c, true);
+                failed[*c as usize] = 1;
+            }
+            uv.copy_from_slice(old_uv);
+        }
+        if !better {
+            return Ok(zipped);
+        }
+    }
+}
+
+/// Flattens the chart of a face anew; whether nothing flips or overlaps then.
+fn close(
+    uv: &mut [DVec2],
+    cut: &[u8],
+    face: u32,
+    surface: &Surface,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<bool, ScratchTooSmall> {
+    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let own = charts.of_face[face as usize];
+    if !work_on(uv, surface, cut, &charts, |k| k as u32 == own, Work::Flatten(STOP), scratch.frame(), workers)? {
+        return Ok(false);
+    }
+    let partner = scratch.take::<u32>(surface.mesh.faces.len())?;
+    Ok(self_overlaps(partner, uv, charts.of_face, charts.count(), scratch)? == 0)
+}
+
+/// Points of the border of the chart that the open half-edge `c` belongs to.
+fn border<'b>(c: u32, uv: &'b [DVec2], cut: &'b [u8], surface: &'b Surface) -> impl Iterator<Item = DVec2> + 'b {
+    surface.border(cut, c).map(|c| uv[c as usize])
+}
+
+/// Area of the hulls of the charts that hold one of two faces.
+fn hulls(
+    ends: [u32; 2],
+    uv: &[DVec2],
+    cut: &[u8],
+    surface: &Surface,
+    mut scratch: Scratch,
+) -> Result<f64, ScratchTooSmall> {
+    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let [a, b] = ends.map(|f| charts.of_face[f as usize]);
+    let hull = |k: u32| {
+        let mut corners = charts.faces_of(k as usize).iter().flat_map(|f| 3 * f..3 * f + 3);
+        corners.find(|c| surface.is_open(cut, *c)).map_or(0.0, |c| hull_of(border(c, uv, cut, surface)))
+    };
+    Ok(hull(a) + if a == b { 0.0 } else { hull(b) })
+}
+
+/// The paths that may go, best first, and the half-edges of all. `spare`: energy over 4 that is left.
+fn find_paths<'a>(
+    uv: &[DVec2],
+    cut: &[u8],
+    failed: &[u8],
+    surface: &Surface,
+    goal: Goal,
+    spare: f64,
+    keep: &mut Scratch<'a>,
+) -> Result<(&'a [u32], &'a [Path]), ScratchTooSmall> {
+    let list = keep.take::<u32>(cut.iter().filter(|c| **c != 0).count() / 2)?;
+    let paths = keep.take::<Path>(list.len())?;
+    let chart = keep.take::<u32>(surface.mesh.faces.len())?;
+    let queue = keep.take::<u32>(surface.mesh.faces.len())?;
+    surface.charts(cut, chart, queue);
+    let degree = keep.take::<u32>(surface.mesh.positions.len())?;
+    for c in (0..cut.len() as u32).filter(|c| cut[*c as usize] != 0) {
+        degree[surface.mesh.vertex(c) as usize] += 1;
+    }
+    let total: f64 = surface.rest.iter().map(|r| r.area).sum();
+    let is_node = |v: u32| degree[v as usize] != 2 || is_border(surface, v);
+    let is_free = |v: u32| degree[v as usize] == 1 && !is_border(surface, v);
+    let seen = keep.take::<u8>(cut.len())?;
+    let (mut len, mut count) = (0, 0);
+    for first in 0..cut.len() as u32 {
+        if cut[first as usize] == 0 || seen[first as usize] != 0 || !is_node(surface.mesh.vertex(first)) {
+            continue;
+        }
+        let begin = len;
+        let mut at = Some(first);
+        while let Some(c) = at {
+            let (back, end) = (surface.twin[c as usize], far_end(surface, c));
+            seen[c as usize] = 1;
+            seen[back as usize] = 1;
+            list[len] = c;
+            len += 1;
+            let mut on = surface.corners_at(end).iter().filter(|d| cut[**d as usize] != 0 && **d != back);
+            at = if is_node(end) { None } else { on.next().copied() };
+        }
+        let path = &list[begin..len];
+        let (from, to) = (surface.mesh.vertex(first), far_end(surface, path[path.len() - 1]));
+        let slit = chart[(first / 3) as usize] == chart[(surface.twin[first as usize] / 3) as usize];
+        let goes = from != to && if slit { is_free(from) != is_free(to) } else { !is_free(from) && !is_free(to) };
+        let is_failed = |c: &u32| failed[*c as usize] != 0 || failed[surface.twin[*c as usize] as usize] != 0;
+        if !goes || path.iter().any(is_failed) {
+            continue;
+        }
+        let cost: f64 = path.iter().map(|c| surface.cost[*c as usize]).sum();
+        let saved = cost / sqrt(total);
+        let motion = if slit { Motion::NONE } else { Motion::fit(path, uv, surface) };
+        let gap = motion.gap(path, uv, surface);
+        if gap > REACH * spare {
+            continue;
+        }
+        if !slit && !goal.bulky {
+            // What the hull will be is seen before anything is flattened.
+            let (left, right) =
+                (border(first, uv, cut, surface), || border(surface.twin[first as usize], uv, cut, surface));
+            let whole = hull_of(left.map(|p| motion.apply(p)).chain(right()));
+            let parts = hull_of(border(first, uv, cut, surface)) + hull_of(right());
+            if whole - parts > PRICE * saved * total {
+                continue;
+            }
+        }
+        let score = for_decision(saved / (gap + CHEAP * spare));
+        paths[count] = Path { score, saved, first: begin as u32, count: (len - begin) as u32 };
+        count += 1;
+    }
+    let paths = &mut paths[..count];
+    paths.sort_unstable_by(|a, b| b.score.total_cmp(&a.score).then(a.first.cmp(&b.first)));
+    Ok((list, paths))
+}
+
+/// A rigid motion of the left side of a path.
+struct Motion {
+    from: DVec2,
+    to: DVec2,
+    turn: DVec2,
+}
+
+impl Motion {
+    const NONE: Self = Self { from: DVec2::ZERO, to: DVec2::ZERO, turn: DVec2::X };
+
+    fn apply(&self, p: DVec2) -> DVec2 {
+        self.turn.rotate(p - self.from) + self.to
+    }
+
+    /// The one that brings the left side of a path nearest to the right one.
+    fn fit(path: &[u32], uv: &[DVec2], surface: &Surface) -> Self {
+        let weight: f64 = sides(path, uv, surface).map(|s| s.2).sum::<f64>().max(1e-300);
+        let from = sides(path, uv, surface).map(|(p, _, w)| p * w).sum::<DVec2>() / weight;
+        let to = sides(path, uv, surface).map(|(_, q, w)| q * w).sum::<DVec2>() / weight;
+        let turn = sides(path, uv, surface).map(|(p, q, w)| {
+            let (p, q) = (p - from, q - to);
+            DVec2::new(p.dot(q), p.perp_dot(q)) * w
+        });
+        let turn = turn.sum::<DVec2>();
+        let length = sqrt(turn.dot(turn));
+        Self { from, to, turn: if length > 0.0 { turn / length } else { DVec2::X } }
+    }
+
+    /// Mean squared distance between the two sides of a path after it.
+    fn gap(&self, path: &[u32], uv: &[DVec2], surface: &Surface) -> f64 {
+        let (mut sum, mut weight) = (0.0, 1e-300);
+        for (p, q, w) in sides(path, uv, surface) {
+            let d = self.apply(p) - q;
+            sum += w * d.dot(d);
+            weight += w;
+        }
+        sum / weight
+    }
+}
+
+/// Points that face each other across a path, to the left and to the right, with the length that they stand for.
+fn sides<'s>(path: &'s [u32], uv: &'s [DVec2], surface: &'s Surface) -> impl Iterator<Item = (DVec2, DVec2, f64)> + 's {
+    path.iter().flat_map(|c| {
+        let (t, half) = (surface.twin[*c as usize], 0.5 * surface.length(*c));
+        let at = |c: u32| uv[c as usize];
+        [(at(*c), at(next(t)), half), (at(next(*c)), at(t), half)]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::atlas::energy::Rest;
+    use crate::base::workers::Serial;
+    use crate::mesh::topology::twins;
+    use crate::mesh::view::MeshView;
+    use glam::DVec3;
+    use std::vec;
+    use std::vec::Vec;
+
+    const SIDE: u32 = 4;
+
+    /// A square of 4 x 4 cells whose middle vertex is lifted, cut along the middle line up to column `to`; what [`zip`]
+    /// answers for the bound `distortion` and the cut edges before and after.
+    fn zip_square(
+        lift: f64,
+        to: u32,
+        distortion: f64,
+        bytes: &mut [u8],
+    ) -> (Result<usize, ScratchTooSmall>, usize, usize) {
+        let n = SIDE + 1;
+        let at = |v: u32| {
+            let z = if v == n * n / 2 { lift } else { 0.0 };
+            DVec3::new(f64::from(v % n), f64::from(v / n), z)
+        };
+        let positions: Vec<DVec3> = (0..n * n).map(at).collect();
+        let cells = (0..SIDE * SIDE).map(|i| i / SIDE * n + i % SIDE);
+        let faces: Vec<[u32; 3]> = cells.flat_map(|v| [[v, v + 1, v + n + 1], [v, v + n + 1, v + n]]).collect();
+        let mesh = MeshView { positions: &positions, faces: &faces };
+        let mut memory = vec![0; 1 << 16];
+        let mut keep = Scratch::new(&mut memory);
+        let mut twin = vec![0; 3 * faces.len()];
+        twins(&mut twin, mesh, keep.frame()).unwrap();
+        let rest: Vec<Rest> = faces.iter().map(|f| Rest::new(f.map(|v| positions[v as usize]), 0.0)).collect();
+        let cost = vec![1.0; 3 * faces.len()];
+        let surface = Surface::new(mesh, &twin, &rest, &cost, &mut keep).unwrap();
+        let mut uv: Vec<DVec2> = (0..3 * faces.len() as u32).map(|c| mesh.position(c).truncate()).collect();
+        let mut cut = vec![0; 3 * faces.len()];
+        for c in 0..cut.len() as u32 {
+            let (p, q) = (mesh.position(c), mesh.position(next(c)));
+            if p.y == 2.0 && q.y == 2.0 && p.x.max(q.x) <= f64::from(to) {
+                surface.set_cut(&mut cut, c, true);
+            }
+        }
+        let edges = |cut: &[u8]| cut.iter().filter(|c| **c != 0).count() / 2;
+        let before = edges(&cut);
+        let goal = Goal { distortion, bulky: false };
+        let done = zip(&mut uv, &mut cut, &surface, goal, Scratch::new(bytes), &Serial);
+        (done, before, edges(&cut))
+    }
+
+    #[test]
+    fn a_slit_and_a_path_between_two_charts_of_a_plane_close() {
+        let mut bytes = vec![0; 1 << 22];
+        assert_eq!(zip_square(0.0, 2, 1.01, &mut bytes), (Ok(1), 2, 0));
+        assert_eq!(zip_square(0.0, 4, 1.01, &mut bytes), (Ok(1), 4, 0));
+    }
+
+    #[test]
+    fn above_the_bound_nothing_closes() {
+        // The projection of a tip that is lifted by 2 is far from an isometry.
+        let mut bytes = vec![0; 1 << 22];
+        assert_eq!(zip_square(2.0, 2, 1.0001, &mut bytes), (Ok(0), 2, 2));
+    }
+
+    #[test]
+    fn without_cuts_nothing_is_done_and_too_little_memory_is_an_error() {
+        assert_eq!(zip_square(0.0, 0, 1.01, &mut vec![0; 1 << 22]), (Ok(0), 0, 0));
+        let (done, before, after) = zip_square(0.0, 2, 1.01, &mut [0; 64]);
+        assert!(done.is_err());
+        assert_eq!(before, after);
+    }
+}
