@@ -233,7 +233,7 @@ const NORMAL_STEPS: f64 = (1 << 12) as f64;
 /// Vertices whose exposure is found between two progress reports.
 const EXPOSURE_SLICE: usize = 4096;
 /// Most work of the packer, see its settings. Charts of 13 atlases fill .7285 with 0.8 in 0.59 s of user time.
-const PACK_EFFORT: f64 = 0.8;
+const PACK_EFFORT: f64 = 1.0;
 /// Scratch bytes that [`unwrap`] asks for: an estimate from above for meshes as they occur. Some mesh may need more (more
 /// charts than are foreseen, say): [`unwrap`] then stops with [`UnwrapError::Scratch`], whose figures are those of the
 /// slice that was missing, not of the whole. A caller that can find more memory tries again with twice as much, which

@@ -18,6 +18,8 @@ const REACH: i32 = 6;
 const ROUNDS: usize = 12;
 /// Sides of a slit this near, in steps, are put together.
 const TOGETHER: i32 = 2;
+/// Sides of a slit this near, in steps, may be one to a reader: 1e-6 of the square, as six decimals of a file give.
+const REJOINED: i32 = 17;
 
 /// Scratch bytes for [`straighten`].
 pub const fn straighten_need(nodes: usize, faces: usize) -> usize {
@@ -67,7 +69,11 @@ pub fn mark_rejoined(
     nodes.iter().zip(chart).for_each(|(f, k)| f.iter().for_each(|n| chart_of_node[*n as usize] = *k));
     for pairs in slits {
         let chart = chart_of_node[pairs[0].0 as usize];
-        let meet = |(a, b): (u32, u32)| chart_of_node[b as usize] == chart && points[a as usize] == points[b as usize];
+        let meet = |(a, b): (u32, u32)| {
+            let (p, q) = (points[a as usize], points[b as usize]);
+            let near = (p.x() - q.x()).abs() <= REJOINED && (p.y() - q.y()).abs() <= REJOINED;
+            near && chart_of_node[b as usize] == chart
+        };
         if pairs.into_iter().all(meet) {
             excess[chart as usize] += 1;
         }
@@ -174,7 +180,7 @@ mod tests {
     #[test]
     fn a_ring_whose_slit_has_closed_is_told_from_a_slit_that_ends_inside() {
         // A square ring of four quadrilaterals slit at the nodes 0, 1 (inner, outer), whose copies are 8 and 9.
-        let at = |x, y| GridPoint::new(x, y);
+        let at = |x, y| GridPoint::new(100 * x, 100 * y); // far apart beside what a reader joins
         let mut points =
             [at(1, 1), at(0, 0), at(2, 1), at(3, 0), at(2, 2), at(3, 3), at(1, 2), at(0, 3), at(1, 1), at(0, 0)];
         let nodes: std::vec::Vec<[u32; 3]> =
