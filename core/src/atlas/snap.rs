@@ -53,12 +53,13 @@ pub fn close_slits(points: &mut [GridPoint], pairs: impl Iterator<Item = (u32, u
 
 /// Marks the faces of charts that are no disks in the eyes of a reader who takes two nodes of one vertex at one place for
 /// one: a slit right across a flat ring, say, whose sides lie on each other. `slits` are the two node pairs of each edge that
-/// is cut, `chart` has the chart of each face, `joined` an entry a node, `excess` one a chart. Returns how many faces.
+/// is cut, `chart` has the chart of each face, `vertex` that of each node. Returns how many faces.
 pub fn mark_rejoined(
     failing: &mut [u8], // (f)
     points: &[GridPoint],
     nodes: &[[u32; 3]], // (f)
     chart: &[u32],      // (f)
+    vertex: &[u32],     // (points)
     slits: impl Iterator<Item = [(u32, u32); 2]>,
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
@@ -67,18 +68,35 @@ pub fn mark_rejoined(
     let chart_of_node = scratch.take::<u32>(points.len())?;
     let excess = scratch.take::<i32>(chart.iter().map(|k| *k as usize + 1).max().unwrap_or(0))?;
     nodes.iter().zip(chart).for_each(|(f, k)| f.iter().for_each(|n| chart_of_node[*n as usize] = *k));
+    let near = |a: u32, b: u32| {
+        let (p, q) = (points[a as usize], points[b as usize]);
+        (p.x() - q.x()).abs() <= REJOINED && (p.y() - q.y()).abs() <= REJOINED
+    };
     for pairs in slits {
         let chart = chart_of_node[pairs[0].0 as usize];
-        let meet = |(a, b): (u32, u32)| {
-            let (p, q) = (points[a as usize], points[b as usize]);
-            let near = (p.x() - q.x()).abs() <= REJOINED && (p.y() - q.y()).abs() <= REJOINED;
-            near && chart_of_node[b as usize] == chart
-        };
+        let meet = |(a, b): (u32, u32)| chart_of_node[b as usize] == chart && near(a, b);
         if pairs.into_iter().all(meet) {
             excess[chart as usize] += 1;
         }
         for (a, b) in pairs.into_iter().filter(|p| meet(*p)) {
             excess[chart as usize] -= i32::from(sets.union(a, b));
+        }
+    }
+    // A border that touches itself at a vertex makes a ring as well, with no slit between.
+    let order = scratch.take::<u32>(points.len())?;
+    order.iter_mut().enumerate().for_each(|(i, n)| *n = i as u32);
+    let key = |n: u32| (vertex[n as usize], chart_of_node[n as usize], points[n as usize].x(), n);
+    order.sort_unstable_by_key(|n| key(*n));
+    for (i, a) in order.iter().enumerate() {
+        let at = key(*a);
+        for b in &order[i + 1..] {
+            let other = key(*b);
+            if (other.0, other.1) != (at.0, at.1) || other.2 - at.2 > REJOINED {
+                break;
+            }
+            if near(*a, *b) {
+                excess[at.1 as usize] -= i32::from(sets.union(*a, *b));
+            }
         }
     }
     let mut count = 0;
@@ -185,18 +203,22 @@ mod tests {
             [at(1, 1), at(0, 0), at(2, 1), at(3, 0), at(2, 2), at(3, 3), at(1, 2), at(0, 3), at(1, 1), at(0, 0)];
         let nodes: std::vec::Vec<[u32; 3]> =
             [0, 2, 4, 6].iter().flat_map(|k| [[*k, k + 1, k + 3], [*k, k + 3, k + 2]]).collect();
-        let marked = |points: &[GridPoint], pairs| {
+        let mut vertex = [0, 1, 2, 3, 4, 5, 6, 7, 0, 1];
+        let marked = |points: &[GridPoint], vertex: &[u32; 10], pairs| {
             let (mut failing, mut bytes) = ([0; 8], [0; 256]);
             let scratch = Scratch::new(&mut bytes);
-            mark_rejoined(&mut failing, points, &nodes, &[0; 8], [pairs].into_iter(), scratch).unwrap()
+            mark_rejoined(&mut failing, points, &nodes, &[0; 8], vertex, [pairs].into_iter(), scratch).unwrap()
         };
-        assert_eq!(marked(&points, [(0, 8), (1, 9)]), 8);
+        assert_eq!(marked(&points, &vertex, [(0, 8), (1, 9)]), 8);
         // Open at one end, or open altogether: a disk. The tip of a slit is one node.
-        assert_eq!(marked(&points, [(0, 8), (1, 1)]), 0);
+        vertex[9] = 9;
+        assert_eq!(marked(&points, &vertex, [(0, 8), (1, 1)]), 0);
+        vertex[9] = 1;
         points[9] = at(-3, 0);
-        assert_eq!(marked(&points, [(0, 8), (1, 9)]), 8); // the inner ends meet: the hole is closed off
+        assert_eq!(marked(&points, &vertex, [(0, 8), (1, 9)]), 8); // the inner ends meet: the hole is closed off
+        assert_eq!(marked(&points, &vertex, [(2, 9), (3, 8)]), 8); // also where no slit says so
         points[8] = at(-3, 1);
-        assert_eq!(marked(&points, [(0, 8), (1, 9)]), 0);
+        assert_eq!(marked(&points, &vertex, [(0, 8), (1, 9)]), 0);
     }
 
     #[test]

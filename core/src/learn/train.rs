@@ -368,9 +368,9 @@ fn descend(
 
         summary.steps = step + 1;
         let sample = Sample { step, losses: losses.map(|x| x as f32) };
-        let place = step * curve.len() / settings.steps;
-        if place == summary.samples && place < curve.len() {
-            curve[place] = sample;
+        // Spread over the run; a curve that is longer than the run takes every step.
+        if step * curve.len() / settings.steps >= summary.samples && summary.samples < curve.len() {
+            curve[summary.samples] = sample;
             summary.samples += 1;
         }
         if watch.step(&sample, settings.steps).is_break() {

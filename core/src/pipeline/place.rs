@@ -124,7 +124,11 @@ pub(super) fn place(
         let turned = mark_turned(failing, triangles, pieces.rest());
         let ajar = frame.take::<u8>(faces)?;
         let slits = (0..pieces.count()).flat_map(|p| pieces.slits(p, cut, node.as_flattened()));
-        let rejoined = mark_rejoined(ajar, grid, node, chart, slits, frame.frame())?;
+        let vertex = frame.take::<u32>(nodes)?;
+        for (slot, n) in node.as_flattened().iter().enumerate() {
+            vertex[*n as usize] = working.mesh().vertex(pieces.source[slot]);
+        }
+        let rejoined = mark_rejoined(ajar, grid, node, chart, vertex, slits, frame.frame())?;
         if overlapping + turned + rejoined == 0 {
             break;
         }
