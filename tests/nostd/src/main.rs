@@ -53,7 +53,8 @@ fn unwrap_cube() -> i32 {
     for (i, p) in positions.iter_mut().enumerate() {
         *p = DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
     }
-    let input = Input { positions: &positions, corners: &CORNERS, polygon_start: &POLYGONS, kept_uv: None, parts: None };
+    let input =
+        Input { positions: &positions, corners: &CORNERS, polygon_start: &POLYGONS, kept_uv: None, parts: None };
     let (mut corner_uv, mut polygon_chart, mut exposure) = ([DVec2::ZERO; 24], [0; 6], [0.0; 8]);
     let output = Output { corner_uv: &mut corner_uv, polygon_chart: &mut polygon_chart, exposure: &mut exposure };
     // SAFETY: the only reference to the memory, taken once.
