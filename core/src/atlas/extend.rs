@@ -16,13 +16,14 @@ use glam::DVec2;
 /// Paths worth less than this share of the best wait for the next round.
 const SHARE: f64 = 0.5;
 
-/// Adds cuts towards what is too distorted: up to `most` paths that lie apart, and an edge between two cuts
-/// where that is worth more. Returns how many.
+/// Adds cuts towards the faces whose energy is above `least` (4: what is distorted at all): up to `most` paths that lie apart,
+/// and an edge between two cuts where that is worth more. Returns how many.
 pub fn extend(
     cut: &mut [u8],
     changed: &mut [u8],
     uv: &[DVec2],
     surface: &Surface,
+    least: f64,
     most: usize,
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
@@ -30,7 +31,8 @@ pub fn extend(
     let density = scratch.take::<f64>(n)?;
     let weight = scratch.take::<f64>(n)?;
     for (f, rest) in surface.rest.iter().enumerate() {
-        let excess = rest.weight * (rest.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]) - 4.0);
+        let energy = rest.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
+        let excess = rest.weight * (energy - least).max(0.0);
         for v in surface.mesh.faces[f] {
             density[v as usize] += excess;
             weight[v as usize] += rest.area;
@@ -153,7 +155,7 @@ mod tests {
     use glam::DVec3;
 
     /// Two triangles of a square, mapped at `scale`.
-    fn cut_square(scale: f64, bytes: &mut [u8]) -> (Result<usize, ScratchTooSmall>, [u8; 6]) {
+    fn cut_square(scale: f64, least: f64, bytes: &mut [u8]) -> (Result<usize, ScratchTooSmall>, [u8; 6]) {
         let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
         let positions = corners.map(|(x, y)| DVec3::new(x, y, 0.0));
         let faces = [[0, 1, 2], [0, 2, 3]];
@@ -165,24 +167,31 @@ mod tests {
         let surface = Surface::new(mesh, &twin, &rest, &[1.0; 6], &mut keep).expect("enough memory");
         let uv = [0, 1, 2, 0, 2, 3].map(|v: usize| positions[v].truncate() * scale);
         let (mut cut, mut changed) = ([0; 6], [0; 2]);
-        let added = extend(&mut cut, &mut changed, &uv, &surface, 3, Scratch::new(bytes));
+        let added = extend(&mut cut, &mut changed, &uv, &surface, least, 3, Scratch::new(bytes));
         (added, cut)
     }
 
     #[test]
     fn a_chart_without_inner_vertices_is_cut_along_an_edge() {
         // The diagonal is half-edge 2 of the first triangle and half-edge 0 of the second.
-        assert_eq!(cut_square(2.0, &mut [0; 4096]), (Ok(1), [0, 0, 1, 1, 0, 0]));
+        assert_eq!(cut_square(2.0, 4.0, &mut [0; 4096]), (Ok(1), [0, 0, 1, 1, 0, 0]));
     }
 
     #[test]
     fn where_nothing_is_distorted_nothing_is_cut() {
-        assert_eq!(cut_square(1.0, &mut [0; 4096]), (Ok(0), [0; 6]));
+        assert_eq!(cut_square(1.0, 4.0, &mut [0; 4096]), (Ok(0), [0; 6]));
+    }
+
+    #[test]
+    fn faces_below_the_least_energy_call_for_no_cut() {
+        // At twice the size a face has the energy 8.5.
+        assert_eq!(cut_square(2.0, 8.4, &mut [0; 4096]).0, Ok(1));
+        assert_eq!(cut_square(2.0, 8.6, &mut [0; 4096]).0, Ok(0));
     }
 
     #[test]
     fn too_little_memory_is_an_error_and_cuts_nothing() {
-        let (added, cut) = cut_square(2.0, &mut [0; 64]);
+        let (added, cut) = cut_square(2.0, 4.0, &mut [0; 64]);
         assert!(added.is_err());
         assert_eq!(cut, [0; 6]);
     }

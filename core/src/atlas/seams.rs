@@ -106,6 +106,12 @@ const RELAXATIONS: usize = 8;
 const FAR_STOP: Stop = Stop { steps: 60, tolerance: 1e-3 };
 /// Below this share of the distortion before, such a relaxation has found charts that were far from rest.
 const AT_REST: f64 = 0.99;
+/// Most that the energy over 4 of a single face may be above 1, over what the bound allows on the mean.
+const CAP: f64 = 40.0;
+/// The cap on single faces at tight bounds: a mesh has corners that are never flat.
+const LEAST_CAP: f64 = 1.5;
+/// Rounds of cutting towards faces above the cap.
+const CAP_ROUNDS: usize = 30;
 /// Rounds of splitting bulky charts.
 const COMPACTIONS: usize = 12;
 /// Rounds of gluing, each followed by splitting what then overlaps.
@@ -169,10 +175,12 @@ pub fn make_charts(
             break;
         }
     }
+    search.cap(budget.distortion, scratch.frame())?;
     if !large {
         search.zip(budget, scratch.frame())?;
     }
-    search.concentrate(budget.distortion, scratch.frame())
+    search.concentrate(budget.distortion, scratch.frame())?;
+    search.cap(budget.distortion, scratch.frame())
 }
 
 /// A surface on its way to an atlas.
@@ -215,7 +223,7 @@ impl Search<'_> {
                 return Ok(0);
             }
             let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { PATHS };
-            extend(cut, changed, uv, surface, paths, scratch)
+            extend(cut, changed, uv, surface, 4.0, paths, scratch)
         };
         for _ in 0..RELAXATIONS {
             self.repeat(ROUNDS, step, scratch.frame())?;
@@ -262,6 +270,23 @@ impl Search<'_> {
         Ok(())
     }
 
+    /// Cuts on towards single faces that are too distorted, whatever the mean.
+    fn cap(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+        let most = 4.0 * most_distorted(bound);
+        let step = |cut: &mut [u8], changed: &mut [u8], uv: &[DVec2], surface: &Surface, scratch: Scratch| {
+            if worst(uv, surface.rest) <= most {
+                Ok(0)
+            } else {
+                extend(cut, changed, uv, surface, most, PATHS_FAR, scratch)
+            }
+        };
+        if worst(self.uv, self.surface.rest) <= most {
+            return Ok(());
+        }
+        self.repeat(CAP_ROUNDS, step, scratch.frame())?;
+        self.part_overlaps(scratch)
+    }
+
     /// Takes out cuts that the bound does not need.
     fn zip(&mut self, budget: Budget, scratch: Scratch) -> Result<(), SeamError> {
         if !(self.proceed)() {
@@ -269,7 +294,7 @@ impl Search<'_> {
         }
         let bound = budget.distortion;
         let distortion = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
-        let goal = Goal { distortion, bulky: budget.one };
+        let goal = Goal { distortion, worst: 4.0 * most_distorted(bound), bulky: budget.one };
         zip(self.uv, self.cut, self.surface, goal, scratch, self.workers)?;
         Ok(())
     }
@@ -378,10 +403,27 @@ fn cut_by_proxy(
     Ok(moved.is_faithful() && moved.forbidden == 0)
 }
 
+/// Most symmetric Dirichlet energy over 4 of a single face where `bound` holds on the mean: 2 at 1.025.
+pub fn most_distorted(bound: f64) -> f64 {
+    (1.0 + CAP * (bound - 1.0)).max(LEAST_CAP)
+}
+
+/// Most symmetric Dirichlet energy of a face that has an area to speak of, at the scale that the map has.
+pub fn worst(uv: &[DVec2], rest: &[Rest]) -> f64 {
+    let flat = flat_area(rest);
+    let energies = rest.iter().enumerate().filter(|(_, r)| r.area > flat);
+    energies.map(|(f, r)| r.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]])).fold(4.0, f64::max)
+}
+
+/// Area up to which a face has none to speak of.
+fn flat_area(rest: &[Rest]) -> f64 {
+    FLAT * rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64
+}
+
 /// Mean symmetric Dirichlet energy over 4, after the best global scale. Faces of no area to speak of do not count.
 pub fn distortion(uv: &[DVec2], rest: &[Rest]) -> f64 {
     let (mut stretch, mut shrink, mut area) = (0.0, 0.0, 0.0);
-    let flat = FLAT * rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64;
+    let flat = flat_area(rest);
     for (f, rest) in rest.iter().enumerate() {
         if rest.area <= flat {
             continue;

@@ -11,7 +11,7 @@
 use super::charts::{Charts, Work, work_on};
 use super::compact::{PRICE, hull_of};
 use super::relax::Stop;
-use super::seams::distortion;
+use super::seams::{distortion, worst};
 use super::split::self_overlaps;
 use super::surface::Surface;
 use super::transfer::{far_end, is_border};
@@ -40,6 +40,8 @@ const STOP: Stop = Stop { steps: 30, tolerance: 1e-3 };
 pub struct Goal {
     /// Mean symmetric Dirichlet energy over 4 at the end.
     pub distortion: f64,
+    /// Symmetric Dirichlet energy of a face that was below.
+    pub worst: f64,
     /// Whether a chart may become bulky.
     pub bulky: bool,
 }
@@ -92,12 +94,14 @@ pub fn zip(
             let path = &list[p.first as usize..(p.first + p.count) as usize];
             let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
             old_uv.copy_from_slice(uv);
+            let cap = goal.worst.max(worst(uv, surface.rest));
             let before = hulls(ends, uv, cut, surface, frame.frame())?;
             path.iter().for_each(|c| surface.set_cut(cut, *c, false));
             let sound = close(uv, cut, path[0] / 3, surface, frame.frame(), workers)?;
             let more = hulls(ends, uv, cut, surface, frame.frame())? - before;
             let compact = goal.bulky || more <= HULL_PRICE * p.saved * total;
-            if sound && compact && distortion(uv, surface.rest) <= goal.distortion {
+            let within = distortion(uv, surface.rest) <= goal.distortion && worst(uv, surface.rest) <= cap;
+            if sound && compact && within {
                 zipped += 1;
                 better = true;
                 break;
@@ -280,6 +284,7 @@ fn sides<'s>(path: &'s [u32], uv: &'s [DVec2], surface: &'s Surface) -> impl Ite
 mod tests {
     use super::*;
     use crate::atlas::energy::Rest;
+    use crate::atlas::halving::flatten_all;
     use crate::base::workers::Serial;
     use crate::mesh::topology::twins;
     use crate::mesh::view::MeshView;
@@ -289,41 +294,48 @@ mod tests {
 
     const SIDE: u32 = 4;
 
-    /// A square of 4 x 4 cells whose middle vertex is lifted, cut along the middle line up to column `to`; what [`zip`]
-    /// answers for the bound `distortion` and the cut edges before and after.
-    fn zip_square(
+    /// A square of 4 x 4 cells whose middle vertex is lifted, cut along the middle line up to column `to` and flattened.
+    #[derive(Clone, Copy)]
+    struct Square {
         lift: f64,
         to: u32,
-        distortion: f64,
-        bytes: &mut [u8],
-    ) -> (Result<usize, ScratchTooSmall>, usize, usize) {
+        notch: bool, // whether the cells beyond the middle on both axes are missing
+        cost: f64,   // of a cut, over its length
+    }
+
+    const PLANE: Square = Square { lift: 0.0, to: 2, notch: false, cost: 1.0 };
+    const LOOSE: Goal = Goal { distortion: 1.5, worst: f64::INFINITY, bulky: false };
+
+    /// What [`zip`] answers, and the cut edges before and after.
+    fn zip_square(square: Square, goal: Goal, bytes: &mut [u8]) -> (Result<usize, ScratchTooSmall>, usize, usize) {
         let n = SIDE + 1;
         let at = |v: u32| {
-            let z = if v == n * n / 2 { lift } else { 0.0 };
+            let z = if v == n * n / 2 { square.lift } else { 0.0 };
             DVec3::new(f64::from(v % n), f64::from(v / n), z)
         };
         let positions: Vec<DVec3> = (0..n * n).map(at).collect();
-        let cells = (0..SIDE * SIDE).map(|i| i / SIDE * n + i % SIDE);
-        let faces: Vec<[u32; 3]> = cells.flat_map(|v| [[v, v + 1, v + n + 1], [v, v + n + 1, v + n]]).collect();
+        let cells = (0..SIDE * SIDE).filter(|i| !square.notch || i / SIDE < 2 || i % SIDE < 2);
+        let corners = cells.map(|i| i / SIDE * n + i % SIDE);
+        let faces: Vec<[u32; 3]> = corners.flat_map(|v| [[v, v + 1, v + n + 1], [v, v + n + 1, v + n]]).collect();
         let mesh = MeshView { positions: &positions, faces: &faces };
-        let mut memory = vec![0; 1 << 16];
+        let mut memory = vec![0; 1 << 20];
         let mut keep = Scratch::new(&mut memory);
         let mut twin = vec![0; 3 * faces.len()];
         twins(&mut twin, mesh, keep.frame()).unwrap();
         let rest: Vec<Rest> = faces.iter().map(|f| Rest::new(f.map(|v| positions[v as usize]), 0.0)).collect();
-        let cost = vec![1.0; 3 * faces.len()];
+        let cost = vec![square.cost; 3 * faces.len()];
         let surface = Surface::new(mesh, &twin, &rest, &cost, &mut keep).unwrap();
         let mut uv: Vec<DVec2> = (0..3 * faces.len() as u32).map(|c| mesh.position(c).truncate()).collect();
         let mut cut = vec![0; 3 * faces.len()];
         for c in 0..cut.len() as u32 {
             let (p, q) = (mesh.position(c), mesh.position(next(c)));
-            if p.y == 2.0 && q.y == 2.0 && p.x.max(q.x) <= f64::from(to) {
+            if p.y == 2.0 && q.y == 2.0 && p.x.max(q.x) <= f64::from(square.to) {
                 surface.set_cut(&mut cut, c, true);
             }
         }
+        flatten_all(&mut uv, &mut cut, &surface, keep.frame(), &Serial).unwrap();
         let edges = |cut: &[u8]| cut.iter().filter(|c| **c != 0).count() / 2;
         let before = edges(&cut);
-        let goal = Goal { distortion, bulky: false };
         let done = zip(&mut uv, &mut cut, &surface, goal, Scratch::new(bytes), &Serial);
         (done, before, edges(&cut))
     }
@@ -331,21 +343,35 @@ mod tests {
     #[test]
     fn a_slit_and_a_path_between_two_charts_of_a_plane_close() {
         let mut bytes = vec![0; 1 << 22];
-        assert_eq!(zip_square(0.0, 2, 1.01, &mut bytes), (Ok(1), 2, 0));
-        assert_eq!(zip_square(0.0, 4, 1.01, &mut bytes), (Ok(1), 4, 0));
+        assert_eq!(zip_square(PLANE, LOOSE, &mut bytes), (Ok(1), 2, 0));
+        assert_eq!(zip_square(Square { to: 4, ..PLANE }, LOOSE, &mut bytes), (Ok(1), 4, 0));
     }
 
     #[test]
-    fn above_the_bound_nothing_closes() {
-        // The projection of a tip that is lifted by 2 is far from an isometry.
+    fn a_tip_closes_only_where_the_mean_and_the_worst_face_allow_it() {
+        // A pyramid whose top is as high as its base is wide from the middle.
+        let tip = Square { lift: 1.0, ..PLANE };
         let mut bytes = vec![0; 1 << 22];
-        assert_eq!(zip_square(2.0, 2, 1.0001, &mut bytes), (Ok(0), 2, 2));
+        assert_eq!(zip_square(tip, LOOSE, &mut bytes), (Ok(1), 2, 0));
+        let (mean, worst) = (Goal { distortion: 1.0005, ..LOOSE }, Goal { worst: 4.02, ..LOOSE });
+        assert_eq!(zip_square(tip, mean, &mut bytes), (Ok(0), 2, 2));
+        assert_eq!(zip_square(tip, worst, &mut bytes), (Ok(0), 2, 2));
+    }
+
+    #[test]
+    fn two_charts_stay_apart_where_their_common_hull_costs_more_than_the_path() {
+        // Two arms of a corner: the hull of both is 14, the hulls of each 4 and 8.
+        let arms = Square { notch: true, cost: 0.1, ..PLANE };
+        let mut bytes = vec![0; 1 << 22];
+        assert_eq!(zip_square(arms, LOOSE, &mut bytes), (Ok(0), 2, 2));
+        assert_eq!(zip_square(arms, Goal { bulky: true, ..LOOSE }, &mut bytes), (Ok(1), 2, 0));
+        assert_eq!(zip_square(Square { cost: 100.0, ..arms }, LOOSE, &mut bytes), (Ok(1), 2, 0));
     }
 
     #[test]
     fn without_cuts_nothing_is_done_and_too_little_memory_is_an_error() {
-        assert_eq!(zip_square(0.0, 0, 1.01, &mut vec![0; 1 << 22]), (Ok(0), 0, 0));
-        let (done, before, after) = zip_square(0.0, 2, 1.01, &mut [0; 64]);
+        assert_eq!(zip_square(Square { to: 0, ..PLANE }, LOOSE, &mut vec![0; 1 << 22]), (Ok(0), 0, 0));
+        let (done, before, after) = zip_square(PLANE, LOOSE, &mut [0; 64]);
         assert!(done.is_err());
         assert_eq!(before, after);
     }
