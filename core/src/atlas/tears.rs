@@ -2,16 +2,18 @@
 //!
 //! A closed surface cannot go to the plane without a tear, and a map that is a function on space, as a trained one is, tears by
 //! stretching some faces far. A face is sound if its area in UV has the sign of most and neither it nor its longest
-//! stretch is far from the usual. Sound faces keep the map's own UVs. From their border the others are laid down one by one,
-//! breadth first, as extrapolations: each beside the face that reached it, at the usual scale, its third corner where another
-//! face has it already if it stays sound so. Where two fronts meet that disagree, there is the cut: in the middle of the tear.
+//! stretch is far from the usual. Sound faces keep the map's own UVs. From their border the others are laid down one by one as
+//! extrapolations: each beside the face that reached it, at the usual scale, its third corner where another face has it already
+//! if it stays sound so. Where two fronts meet that disagree, there is the cut: in the middle of the tear, or where in the tear
+//! a cut costs least, because fronts are the faster the more a cut costs (a watershed, as of Beucher and Lantuejoul 1979).
 //! Guarantee: every face has a UV and none is flipped. Limits: charts may overlap and need not be disks; who needs that
 //! looks at them afterwards. Cost: O(n log n).
 
 use super::energy::Rest;
 use super::seams::FLAT;
 use super::surface::Surface;
-use crate::base::real::sqrt;
+use crate::base::heap::Heap;
+use crate::base::real::{for_cost, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::view::{NONE, next, prev};
 use glam::DVec2;
@@ -35,7 +37,10 @@ pub struct Torn {
 
 /// Scratch bytes for [`tear`].
 pub const fn tear_need(faces: usize) -> usize {
-    bytes_for::<f64>(faces).saturating_add(4 * bytes_for::<u32>(faces + 2)).saturating_add(2 * bytes_for::<u8>(faces))
+    bytes_for::<f64>(3 * faces)
+        .saturating_add(2 * bytes_for::<u32>(3 * faces))
+        .saturating_add(bytes_for::<u32>(faces))
+        .saturating_add(bytes_for::<u8>(faces))
 }
 
 /// The usual length in UV of a length in space, the median over faces, and the sign that most of the surface has. The map's own
@@ -159,44 +164,54 @@ fn grow(
     mut scratch: Scratch,
 ) -> Result<(), ScratchTooSmall> {
     let count = torn.len();
-    let (queue, stack) = (scratch.take::<u32>(count)?, scratch.take::<u32>(count)?);
+    let mut heap = Heap::new(scratch.take(3 * count)?, scratch.take(3 * count)?, scratch.take(3 * count)?);
+    let stack = scratch.take::<u32>(count)?;
     let placed = scratch.take::<u8>(count)?;
-    let (mut head, mut tail) = (0, 0);
-    for f in (0..count).filter(|f| torn[*f] == 0) {
-        (queue[tail], placed[f]) = (f as u32, 1);
-        tail += 1;
-    }
-    if let Some(rest) = surface.rest.first().filter(|_| tail == 0) {
+    placed.iter_mut().zip(torn).for_each(|(p, t)| *p = u8::from(*t == 0));
+    if let Some(rest) = surface.rest.first().filter(|_| placed.iter().all(|p| *p == 0)) {
         let base = DVec2::new(rest.base() * usual.scale, 0.0);
         (uv[0], uv[1], uv[2]) = (DVec2::ZERO, base, rest.unfold(DVec2::ZERO, base));
-        (queue[0], placed[0], tail) = (0, 1, 1);
+        placed[0] = 1;
     }
-    while head < tail {
-        let f = queue[head];
-        head += 1;
+    let reach = |f: u32, time: f64, heap: &mut Heap, placed: &[u8]| {
         for c in 3 * f..3 * f + 3 {
-            // The face beyond, and with it the rest of its polygon.
-            let mut depth = 0;
-            let mut reach = |c: u32, uv: &mut [DVec2], stack: &mut [u32], depth: &mut usize| {
-                let t = surface.twin[c as usize];
-                if t != NONE && placed[(t / 3) as usize] == 0 {
-                    lay(uv, t, c, placed, usual, surface);
-                    placed[(t / 3) as usize] = 1;
-                    (queue[tail], stack[*depth]) = (t / 3, t / 3);
-                    (tail, *depth) = (tail + 1, *depth + 1);
-                }
-            };
-            reach(c, uv, stack, &mut depth);
-            while depth > 0 {
-                depth -= 1;
-                let g = stack[depth];
-                for d in (3 * g..3 * g + 3).filter(|d| surface.cost[*d as usize].is_infinite()) {
-                    reach(d, uv, stack, &mut depth);
-                }
+            let t = surface.twin[c as usize];
+            if t != NONE && placed[(t / 3) as usize] == 0 {
+                heap.push(t, time + crossing(c, surface));
+            }
+        }
+    };
+    (0..count as u32).filter(|f| placed[*f as usize] != 0).for_each(|f| reach(f, 0.0, &mut heap, placed));
+    while let Some((first, time)) = heap.pop() {
+        // The face beyond, and with it the rest of its polygon.
+        let mut put = |t: u32, stack: &mut [u32], depth: &mut usize| {
+            if t == NONE || placed[(t / 3) as usize] != 0 {
+                return;
+            }
+            lay(uv, t, surface.twin[t as usize], placed, usual, surface);
+            placed[(t / 3) as usize] = 1;
+            stack[*depth] = t / 3;
+            *depth += 1;
+            reach(t / 3, time, &mut heap, placed);
+        };
+        let mut depth = 0;
+        put(first, stack, &mut depth);
+        while depth > 0 {
+            depth -= 1;
+            let f = stack[depth];
+            for c in (3 * f..3 * f + 3).filter(|c| surface.cost[*c as usize].is_infinite()) {
+                put(surface.twin[c as usize], stack, &mut depth);
             }
         }
     }
     Ok(())
+}
+
+/// Time a front takes across half-edge `c`: its length over what a cut costs there a unit of length. Fronts hurry through the
+/// open and meet where nobody looks; where cost is length alone they meet in the middle.
+fn crossing(c: u32, surface: &Surface) -> f64 {
+    let d = surface.mesh.position(next(c)) - surface.mesh.position(c);
+    for_cost(d.dot(d) / surface.cost[c as usize])
 }
 
 /// Lays the face of half-edge `t` beside that of its twin `c`.
