@@ -60,7 +60,7 @@ impl Usual {
 }
 
 /// Cuts the map `q` (one point a vertex of `surface`) where it tears: writes `uv` and `cut` (one entry a corner) and `torn`
-/// (one a face).
+/// (one a face). The usual face has in UV the area that it has in space, so that maps of several pieces agree in scale.
 pub fn tear(
     uv: &mut [DVec2],
     cut: &mut [u8],
@@ -90,6 +90,7 @@ pub fn tear(
     whole_polygons(torn, surface);
     done.faces = torn.iter().filter(|t| **t != 0).count();
     grow(uv, torn, &usual, surface, scratch)?;
+    uv.iter_mut().for_each(|x| *x /= usual.scale);
     for c in 0..surface.mesh.corner_count() as u32 {
         let t = surface.twin[c as usize];
         let same = |a: u32, b: u32| uv[a as usize] == uv[b as usize];
@@ -298,6 +299,7 @@ mod tests {
     #[test]
     fn a_map_that_does_not_tear_stays_as_it_is() {
         let whole = cut(|p| p * 3.0, 0).unwrap();
+        assert!((whole.uv[1].x * (SIDE - 1) as f64 - 1.0).abs() < 1e-12, "at the size of the surface");
         assert_eq!((whole.done, whole.charts, whole.flips), (Torn::default(), 1, 0));
         assert!(whole.cut.iter().all(|c| *c == 0) && whole.uv[1].x > 0.0 && agree(&whole));
         // Seen from inside, it is turned over.
