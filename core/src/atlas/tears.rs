@@ -299,7 +299,8 @@ mod tests {
     #[test]
     fn a_map_that_does_not_tear_stays_as_it_is() {
         let whole = cut(|p| p * 3.0, 0).unwrap();
-        assert!((whole.uv[1].x * (SIDE - 1) as f64 - 1.0).abs() < 1e-12, "at the size of the surface");
+        // Rest edges are MOLLIFY, 1e-8 of their length, too long; an area counts that up to four times.
+        assert!((whole.uv[1].x * (SIDE - 1) as f64 - 1.0).abs() < 1e-7, "at the size of the surface");
         assert_eq!((whole.done, whole.charts, whole.flips), (Torn::default(), 1, 0));
         assert!(whole.cut.iter().all(|c| *c == 0) && whole.uv[1].x > 0.0 && agree(&whole));
         // Seen from inside, it is turned over.
