@@ -304,8 +304,8 @@ pub fn unwrap_by(
     let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
     let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
     let cut = frame.take::<u8>(working.twin.len())?;
-    let budget =
-        Budget { distortion: settings.distortion, one: settings.charts == Charts::One || input.parts.is_some() };
+    let whole = settings.charts == Charts::One;
+    let budget = Budget { distortion: settings.distortion, bulky: whole || input.parts.is_some(), whole };
     let total = pieces.count();
     let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
     let place_of = |p: DVec3| placed.place((p - working.centre) / working.extent);

@@ -239,6 +239,19 @@ fn a_chart_as_wide_as_the_square_is_packed() {
 }
 
 #[test]
+fn a_long_chart_among_many_stays_in_the_square_and_off_the_others() {
+    // More charts than are separated together from the start, and one that fits into their square only aslant.
+    for seed in 0..6 {
+        let long = Set::default().boxes(&[[0.0, 0.0, 7.5 + 0.25 * seed as f64, 2.5]]);
+        let lead = (0..4).fold(long, |set, _| set.boxes(&[[0.0, 0.0, 2.5, 2.5]]));
+        let set = (0..16).fold(lead, |set, _| set.boxes(&[[0.0, 0.0, 0.5, 0.5]]));
+        let settings = Settings { effort: 0.1, seed, ..Settings::default() };
+        let (placements, summary) = set.pack(&settings);
+        set.assert_valid(&placements, &summary, &settings);
+    }
+}
+
+#[test]
 fn padding_that_cannot_be_kept_is_reported() {
     let set = (0..64).fold(Set::default(), |set, _| set.star(9, 4));
     let (placements, summary) = set.pack(&Settings { size: 16, padding: 8, ..Settings::default() });

@@ -38,8 +38,10 @@ use glam::{DVec2, DVec3};
 pub struct Budget {
     /// Bound on the mean symmetric Dirichlet energy over 4.
     pub distortion: f64,
-    /// Whether a piece should stay one chart where that can be.
-    pub one: bool,
+    /// Whether a chart may be bulky: where charts are parts, a part should be one.
+    pub bulky: bool,
+    /// Whether a piece stays one chart.
+    pub whole: bool,
 }
 
 /// Why the search ended without charts.
@@ -151,9 +153,10 @@ pub fn make_charts(
     workers: &dyn Workers,
     proceed: &mut dyn FnMut() -> bool,
 ) -> Result<(), SeamError> {
-    let surface = &Surface { stays_whole: budget.one, ..*surface };
     let faces = surface.mesh.faces.len();
     let large = faces > PROXY_FROM;
+    // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
+    let surface = &Surface { stays_whole: budget.whole && !large, ..*surface };
     if !large || !cut_by_proxy(cut, surface, budget, scratch.frame(), workers, proceed)? {
         cut.fill(0);
         cut_to_disks(cut, surface, scratch.frame())?;
@@ -161,7 +164,7 @@ pub fn make_charts(
     flatten_all(uv, cut, surface, scratch.frame(), workers)?;
     let changed = scratch.take::<u8>(faces)?;
     let mut search = Search { uv, cut, changed, surface, workers, proceed };
-    let compact = !large && !budget.one;
+    let compact = !large && !budget.bulky;
     if compact {
         search.part_bulky(scratch.frame())?;
     }
@@ -177,7 +180,7 @@ pub fn make_charts(
         }
     }
     search.cap(budget.distortion, scratch.frame())?;
-    if !large {
+    if !large && !budget.whole {
         search.zip(budget, scratch.frame())?;
     }
     search.concentrate(budget.distortion, scratch.frame())?;
@@ -261,7 +264,7 @@ impl Search<'_> {
             let spare = 4.0 * area * (1.0 + GLUE_TO * (bound - 1.0) - self.distortion());
             let own = 4.0 + 4.0 * (OWN_EXCESS * (bound - 1.0)).min(MOST_EXCESS);
             self.changed.fill(0);
-            let limits = Limits { spare, own, one: budget.one };
+            let limits = Limits { spare, own, one: budget.bulky };
             if glue_small(self.uv, self.cut, self.changed, self.surface, limits, scratch.frame())? == 0 {
                 break;
             }
@@ -295,7 +298,7 @@ impl Search<'_> {
         }
         let bound = budget.distortion;
         let distortion = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
-        let goal = Goal { distortion, worst: 4.0 * most_distorted(bound), bulky: budget.one };
+        let goal = Goal { distortion, worst: 4.0 * most_distorted(bound), bulky: budget.bulky };
         zip(self.uv, self.cut, self.surface, goal, scratch, self.workers)?;
         Ok(())
     }

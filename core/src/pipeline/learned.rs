@@ -106,7 +106,7 @@ pub(super) fn neural(
 ) -> Result<(), UnwrapError> {
     let (order, count) = largest(scene.pieces);
     let given = learning.summary.maps;
-    let budget = Budget { one: true, ..scene.budget };
+    let budget = Budget { bulky: true, ..scene.budget };
     let total = scene.pieces.count();
     let from_charts = given == 0 && learning.start;
     if from_charts {

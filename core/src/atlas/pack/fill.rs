@@ -197,7 +197,9 @@ impl Lane<'_> {
         let (raster, cells) = (self.board.usable, self.board.usable as f64 / side);
         self.board.clear();
         let mut start = Start::default();
-        (0..self.fixed).for_each(|chart| self.keep(chart, outlines, cells, grow));
+        if !(0..self.fixed).all(|chart| self.keep(chart, outlines, cells, grow)) {
+            return false;
+        }
         for (place, &chart) in self.order.iter().enumerate() {
             let chart = chart as usize;
             let edges = outlines.edges_of(chart);
@@ -228,17 +230,19 @@ impl Lane<'_> {
         true
     }
 
-    /// Blocks a fixed chart's place.
-    fn keep(&mut self, chart: usize, outlines: &Outlines, cells: f64, grow: f64) {
+    /// Blocks a fixed chart's place; false if that is more than the square has.
+    fn keep(&mut self, chart: usize, outlines: &Outlines, cells: f64, grow: f64) -> bool {
         let pose = self.trial[chart];
         let turn = outline::turn(pose.angle);
         let [low, high] = outlines.turned_box(chart, turn);
         // The mask's least corner stands on the raster.
         let corner = ((pose.at + low) * cells).floor().max(DVec2::ZERO);
         let depth = (self.deepest[0] * cells) as usize + 2;
-        if self.mask.draw(outlines.edges_of(chart), [corner / cells - pose.at, high], turn, cells) {
+        let fits = self.mask.draw(outlines.edges_of(chart), [corner / cells - pose.at, high], turn, cells);
+        if fits {
             self.board.block(&self.mask, corner.x as usize, corner.y as usize, grow, depth);
         }
+        fits
     }
 }
 

@@ -31,6 +31,10 @@ const FEW_WORK: f64 = 0.2;
 /// Places that a colliding chart tries all over the square, and near its own. 40 and 16 fill 1 % less.
 const GLOBAL: usize = 16;
 const LOCAL: usize = 10;
+/// Least share by which the square shrinks.
+const LEAST_SHRINK: f64 = 0.0005;
+/// Turns that a chart tries which is too long for the square at its own.
+const TURNS: usize = 64;
 /// Places that are refined. 4 fill 1 % less.
 const REFINED: usize = 2;
 /// Sweeps without 2 % less overlap before an attempt is given up. Over eight atlases of 3 to 39 charts, 12 fills .705 of
@@ -162,7 +166,13 @@ impl Lane<'_> {
                 (late, end) = (true, self.work + (1.0 - EXPLORE) * budget);
                 shrink = f64::min(shrink, 0.004);
             }
-            self.load(self.best_side * (1.0 - shrink));
+            if !self.load(self.best_side * (1.0 - shrink)) {
+                if shrink <= LEAST_SHRINK {
+                    break;
+                }
+                shrink = f64::max(shrink * 0.6, LEAST_SHRINK);
+                continue;
+            }
             if fails > 0 && !late {
                 self.disrupt();
             }
@@ -172,7 +182,7 @@ impl Lane<'_> {
             } else {
                 fails += 1;
                 if late || fails > 3 {
-                    (shrink, fails) = (f64::max(shrink * 0.6, 0.0005), if late { fails } else { 1 });
+                    (shrink, fails) = (f64::max(shrink * 0.6, LEAST_SHRINK), if late { fails } else { 1 });
                 }
             }
         }
@@ -184,8 +194,8 @@ impl Lane<'_> {
         let count = self.count();
         for round in 0..CHECKS {
             // The room grows a little from round to round, so that the gaps find it.
-            self.load(self.best_side * if round > 2 { 1.0005 } else { 1.0 });
-            if self.side >= limit {
+            let fits = self.load(self.best_side * if round > 2 { 1.0005 } else { 1.0 });
+            if self.side >= limit || !fits {
                 return Ok(false);
             }
             if round > 0 {
@@ -206,16 +216,26 @@ impl Lane<'_> {
         Ok(false)
     }
 
-    /// Takes up the best poses, drawn together into a square of `side`.
-    fn load(&mut self, side: f64) {
+    /// Takes up the best poses, drawn together into a square of `side`; false if a chart fits into it at no turn.
+    fn load(&mut self, side: f64) -> bool {
         let scale = side / self.best_side;
         self.side = side;
         for chart in 0..self.count() {
             let mut pose = self.best[chart];
             pose.at *= scale;
-            let body = Body::new(&pose);
-            self.bodies[chart] = self.inside(chart, body).unwrap_or(body);
+            let Some(body) = self.inside_at_some_turn(chart, &pose) else { return false };
+            self.bodies[chart] = body;
         }
+        true
+    }
+
+    /// The pose moved into the square, and turned as little as that needs.
+    fn inside_at_some_turn(&self, chart: usize, pose: &Pose) -> Option<Body> {
+        (0..2 * TURNS).find_map(|i| {
+            let away = i.div_ceil(2) as f64 * PI / TURNS as f64;
+            let angle = pose.angle + if i % 2 == 0 { -away } else { away };
+            self.inside(chart, Body::new(&Pose { angle, ..*pose }))
+        })
     }
 
     fn keep(&mut self) {
