@@ -21,6 +21,8 @@ use seamwright_core::segment;
 
 /// Rays a vertex.
 const RAYS: u32 = 64;
+/// Search work of tight packing.
+const EFFORT: f64 = 0.05;
 /// Texels a side at which coverage is measured.
 const RESOLUTION: u32 = 128;
 /// Every loss has a weight and step 5 looks at the rare ones again, so that every operation of the tape runs.
@@ -72,7 +74,7 @@ impl From<ScratchTooSmall> for Failure {
     }
 }
 
-/// Runs every stage on the OBJ in `text`. Placing charts tightly takes most of the time.
+/// Runs every stage on the OBJ in `text`.
 pub fn stages(
     text: &str,
     packing: Packing,
@@ -100,7 +102,7 @@ pub fn stages(
     let corner_uv = scratch.take::<DVec2>(corners.len())?;
     let polygon_chart = scratch.take::<u32>(faces.len())?;
     let exposure = scratch.take::<f32>(positions.len())?;
-    let settings = Settings { rays: RAYS, packing, seed, ..Settings::default() };
+    let settings = Settings { rays: RAYS, effort: EFFORT, packing, seed, ..Settings::default() };
     let input = Input { parts: Some(part), ..input };
     let out = Output { corner_uv, polygon_chart, exposure };
     unwrap(out, &input, &settings, bvh, scratch.frame(), workers, &mut Silent).map_err(Failure::Unwrap)?;
