@@ -15,7 +15,7 @@ use seamwright_core::pipeline::Packing;
 use stages::{Failure, Stages, stages};
 
 /// Bytes that are enough for the golden meshes.
-pub const MEMORY: usize = 12 << 20;
+pub const MEMORY: usize = 6 << 20;
 /// Seed of the golden hashes.
 pub const SEED: u64 = 5;
 
