@@ -13,7 +13,9 @@ use seamwright_core::rays::cast::Scene;
 use seamwright_core::rays::exposure::exposure_need;
 
 fn main() {
-    println!("| faces | repair | rays | parts | unwrap, grid | unwrap, tight | training 8/4 | training draft | metrics |");
+    println!(
+        "| faces | repair | rays | parts | unwrap, grid | unwrap, tight | training 8/4 | training draft | metrics |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|");
     for faces in [100, 300, 500, 1_000, 3_000, 10_000, 100_000] {
         let vertices = faces / 2 + 2;

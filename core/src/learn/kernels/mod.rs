@@ -8,14 +8,16 @@
 //! f64 has the plain path alone, multiply then add: it is there to check the derivatives, not to be fast.
 //! A path for another machine is a [`Path`], a panel width and a function that fills rows (see [`tiles`]).
 
+#[macro_use]
+#[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
+mod tiles;
+
 pub mod float;
 pub mod fused;
 #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
 mod neon;
 mod plain;
 mod product_tests;
-#[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
-mod tiles;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 

@@ -3,7 +3,6 @@
 //! `unsafe` lives here: vector instructions that the target has by definition.
 
 use super::Matrix;
-use super::tiles::tiles;
 use core::arch::aarch64::*;
 
 /// Columns of a packed panel.

@@ -154,4 +154,3 @@ macro_rules! tiles {
         }
     };
 }
-pub(super) use tiles;

@@ -2,7 +2,6 @@
 //!
 //! `unsafe` lives here: instructions found at run time.
 
-use super::tiles::tiles;
 use super::{Matrix, Path};
 use core::arch::x86_64::*;
 
