@@ -14,12 +14,11 @@ pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     // The rounding error of the sum, exactly (Knuth's two-sum).
     let back = sum - product;
     let error = (product - (sum - back)) + (c - back);
-    let bits = sum.to_bits();
-    // An inexact sum with an even last bit moves to its odd neighbour on the side of the error.
-    let is_moved = error != 0.0 && bits & 1 == 0 && error.is_finite();
-    let grows = (error > 0.0) == (sum > 0.0);
-    let odd = if grows { bits.wrapping_add(1) } else { bits.wrapping_sub(1) };
-    f64::from_bits(if is_moved { odd } else { bits }) as f32
+    // An inexact sum is cut off towards zero and its last bit set. NaN, from infinities, counts as exact.
+    let is_above = error > 0.0;
+    let is_inexact = is_above | (error < 0.0);
+    let is_too_far = is_inexact & (is_above != (sum > 0.0));
+    f64::from_bits(sum.to_bits().wrapping_sub(u64::from(is_too_far)) | u64::from(is_inexact)) as f32
 }
 
 #[cfg(test)]
