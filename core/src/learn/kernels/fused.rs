@@ -3,6 +3,8 @@
 //! The product of two f32 is exact in f64. The sum is rounded to odd there: where it is inexact its last bit is set, so
 //! that the second rounding, to f32, sees on which side of a tie the exact sum lies (Boldo, Melquiond, *Emulation of FMA
 //! and correctly rounded sums*, IEEE Trans. Computers 57, 2008). 53 bits are enough since 53 >= 24 + 2.
+//! On wasm, whose relaxed fused operation may round twice, a tile of 4 x 8 in node 20 runs at 0.9 GFLOP/s as scalar code, at
+//! 1.3 where the module is compiled with `simd128`, and at 1.4 by hand-written operations on pairs of f64: no path of its own.
 //! Infinities and NaN come out as from the instruction; the payload of a NaN is not promised.
 
 /// a b + c, rounded once to nearest even. No branch that a vector unit could not take.
