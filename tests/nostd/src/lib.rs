@@ -4,6 +4,10 @@
 //! holds what they should be. `main.rs` is the program of this package for machines with and without a system.
 #![no_std]
 
+#[cfg(test)]
+extern crate std;
+
+mod golden_tests;
 pub mod hash;
 pub mod mesh;
 pub mod stages;

@@ -1,10 +1,12 @@
 //! The golden runs give the golden hashes, on every path that this machine has and with 1, 2 and 7 threads.
 
+#![cfg(test)]
+
+use crate::{MEMORY, SEED, run};
+use core::sync::atomic::{AtomicUsize, Ordering};
 use seamwright_core::base::workers::Workers;
 use seamwright_core::learn::kernels::Path;
-use seamwright_nostd::{MEMORY, SEED, run};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
+use std::{println, string::String, thread, vec};
 
 const GOLDEN: &str = include_str!("../../../fixtures/golden/hashes");
 
