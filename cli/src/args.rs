@@ -314,6 +314,7 @@ impl SettingsArgs {
             padding: self.padding,
             rays: self.rays,
             seed: self.seed,
+            ..pipeline::Settings::default()
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The committed fixtures are what the generator makes, and they are what they say they are.
 
 use seamwright_tests::fixtures::nets::Mesh;
-use seamwright_tests::fixtures::{ALL, Fixture, broken, check, digits, obj};
+use seamwright_tests::fixtures::{ALL, Fixture, GOLDEN, broken, check, digits, obj};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::{fs, str};
@@ -39,12 +39,19 @@ fn the_generator_makes_every_broken_fixture_byte_for_byte() {
 }
 
 #[test]
+fn the_generator_makes_the_meshes_of_the_golden_runs_byte_for_byte() {
+    for (name, faces) in GOLDEN {
+        same(&format!("golden/{name}.obj"), &Fixture::named(name).expect("a fixture").files(faces).0);
+    }
+}
+
+#[test]
 fn no_fixture_comes_from_elsewhere() {
     let known = |file: &str| {
         let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
         ALL.iter().any(|fixture| fixture.name == stem) || broken::files().iter().any(|(name, _)| *name == stem)
     };
-    for sub in ["", "broken"] {
+    for sub in ["", "broken", "golden"] {
         for entry in fs::read_dir(folder().join(sub)).expect("fixtures/ exists") {
             let name = entry.expect("a readable folder").file_name().into_string().expect("plain names");
             let is_mesh = [".obj", ".ply", ".stl", ".glb"].iter().any(|ending| name.ends_with(ending));
@@ -98,7 +105,7 @@ fn every_part_is_labelled_and_in_as_many_pieces_as_it_should_be() {
 
 #[test]
 fn versions_of_other_sizes_are_as_sound() {
-    let quadruped = ALL.iter().find(|fixture| fixture.name == "quadruped").expect("the quadruped");
+    let quadruped = Fixture::named("quadruped").expect("the quadruped");
     for faces in [1_000, 3_000, 25_000] {
         let (mesh, labels) = quadruped.build(faces);
         let facts = check::facts(&mesh, &labels);

@@ -4,7 +4,7 @@
 //! `fixtures [OUTDIR] --only NAME --faces N[,N...]` writes OUTDIR/NAME_N.obj and .seg with about N faces each. Below the
 //! committed size a fine surface is coarsened; where a limb is then three faces around, some may cross.
 
-use seamwright_tests::fixtures::{ALL, Fixture, broken};
+use seamwright_tests::fixtures::{ALL, Fixture, GOLDEN, broken};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::{env, fs, io};
@@ -31,8 +31,7 @@ fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, String> {
         match word.as_str() {
             "--only" => {
                 let name = words.next().ok_or("--only needs a name")?;
-                let found = ALL.iter().find(|fixture| fixture.name == name);
-                arguments.only = Some(found.ok_or_else(|| format!("--only {name}: no such fixture"))?);
+                arguments.only = Some(Fixture::named(&name).ok_or_else(|| format!("--only {name}: no such fixture"))?);
             }
             "--faces" => {
                 let list = words.next().ok_or("--faces needs a number, or several joined by commas")?;
@@ -65,6 +64,11 @@ fn write_all(arguments: &Arguments) -> io::Result<()> {
         fs::create_dir_all(folder.join("broken"))?;
         for (name, text) in broken::files() {
             fs::write(folder.join("broken").join(name).with_extension("obj"), text)?;
+        }
+        fs::create_dir_all(folder.join("golden"))?;
+        for (name, faces) in GOLDEN {
+            let (mesh, _) = Fixture::named(name).expect("a fixture").files(faces);
+            fs::write(folder.join("golden").join(name).with_extension("obj"), mesh)?;
         }
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! Times one training step of the learned map on an OBJ: every vertex, every published loss, AdamW.
 //!
-//! `learn_step [--width N] [--code N] [--threads N] [--steps N] [--path plain|avx2|avx512] [--products] [--train PRESET] FILE.obj`
+//! `learn_step [--width N] [--code N] [--threads N] [--steps N] [--path plain|avx2|avx512|neon] [--products] [--train PRESET] FILE.obj`
 //! prints seconds a step, the best and the median of N after two that do not count, and the mean processor time of all
 //! threads, which other programs on the machine disturb less. `--products` times matrix products and, as their bound, fused
 //! multiply-adds that stay in registers (by `unsafe`: instructions found at run time)
@@ -35,7 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                     "plain" => Path::Plain,
                     "avx2" => Path::Avx2,
                     "avx512" => Path::Avx512,
-                    other => return Err(format!("--path {other}: plain, avx2 or avx512").into()),
+                    "neon" => Path::Neon,
+                    other => return Err(format!("--path {other}: plain, avx2, avx512 or neon").into()),
                 }
             }
             "--products" => products = true,

@@ -72,6 +72,8 @@ impl Float for f32 {
         match path {
             #[cfg(target_arch = "x86_64")]
             Path::Avx2 | Path::Avx512 => super::x86::panel(path),
+            #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+            Path::Neon => super::neon::WIDTH,
             _ => plain::WIDTH,
         }
     }
@@ -88,6 +90,8 @@ impl Float for f32 {
         match path {
             #[cfg(target_arch = "x86_64")]
             Path::Avx2 | Path::Avx512 => super::x86::fill_rows(path, rows, columns, depth, a, packed, zero),
+            #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+            Path::Neon => super::neon::fill_rows(rows, columns, depth, a, packed, zero),
             _ => plain::fill_rows(rows, columns, depth, a, packed, zero, super::fused::fused),
         }
     }

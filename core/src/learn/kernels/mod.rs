@@ -6,10 +6,16 @@
 //! Guaranteed for f32: every path, tile shape and number of threads gives the same bits, because each step is one fused
 //! multiply-add, rounded once ([`fused`] computes it exactly where the machine has none).
 //! f64 has the plain path alone, multiply then add: it is there to check the derivatives, not to be fast.
-//! A path for another machine is a [`Path`], a panel width and a function that fills rows (see [`x86`]).
+//! A path for another machine is a [`Path`], a panel width and a function that fills rows (see [`tiles`]).
+
+#[macro_use]
+#[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
+mod tiles;
 
 pub mod float;
 pub mod fused;
+#[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+mod neon;
 mod plain;
 mod product_tests;
 #[cfg(target_arch = "x86_64")]
@@ -23,6 +29,7 @@ pub const SLOPE: f64 = 0.01;
 /// Depth of a slab: a panel of B of 16 columns takes 16 KB of the first cache. 128 and 512 were within 3 %.
 const SLAB: usize = 256;
 /// Rows of A that a task packs at a time, on its stack: 24 x 256 values = 24 KB. 66 was slower for small products.
+#[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), allow(dead_code))]
 const PACKED_ROWS: usize = 24;
 /// Rows of a task at the most, so that those of A stay in the second cache. 24 and 132 were within the noise.
 const ROWS: usize = 66;
@@ -40,18 +47,21 @@ pub enum Path {
     Avx2,
     /// AVX-512F: tiles of 6 x 64.
     Avx512,
+    /// NEON of aarch64: tiles of 6 x 16.
+    Neon,
 }
 
 impl Path {
     /// Every path, plain first.
-    pub const ALL: [Path; 3] = [Path::Plain, Path::Avx2, Path::Avx512];
+    pub const ALL: [Path; 4] = [Path::Plain, Path::Avx2, Path::Avx512, Path::Neon];
 
     /// Whether this machine can run it.
     pub fn is_available(self) -> bool {
         match self {
             Path::Plain => true,
             #[cfg(target_arch = "x86_64")]
-            _ => x86::has(self),
+            Path::Avx2 | Path::Avx512 => x86::has(self),
+            Path::Neon => cfg!(all(target_arch = "aarch64", target_feature = "neon")),
             #[cfg(not(target_arch = "x86_64"))]
             _ => false,
         }
@@ -221,13 +231,22 @@ fn pack<T: Float>(out: &mut [T], b: Matrix<T>, first: usize, width: usize, colum
             }
         }
     } else {
-        // B is a transposed matrix: walk its rows, which are contiguous.
+        // B is a transposed matrix: its columns are contiguous, and four are walked side by side.
         for (panel, out) in out.chunks_exact_mut(rows * width).enumerate() {
-            for j in 0..width {
-                let column = panel * width + j;
-                let from = if column < columns { &b.data[column * b.column + first * b.row..] } else { &[] };
-                for (k, row) in out.chunks_exact_mut(width).enumerate() {
-                    row[j] = if column < columns { from[k * b.row] } else { T::ZERO };
+            for part in (0..width).step_by(4) {
+                let column = panel * width + part;
+                let line = |j: usize| &b.data[(column + j) * b.column + first..][..rows];
+                if column + 4 <= columns {
+                    let lines = line(0).iter().zip(line(1)).zip(line(2)).zip(line(3));
+                    for (row, (((p, q), r), s)) in out.chunks_exact_mut(width).zip(lines) {
+                        row[part..part + 4].copy_from_slice(&[*p, *q, *r, *s]);
+                    }
+                } else {
+                    for (k, row) in out.chunks_exact_mut(width).enumerate() {
+                        for (j, to) in row[part..part + 4].iter_mut().enumerate() {
+                            *to = if column + j < columns { line(j)[k] } else { T::ZERO };
+                        }
+                    }
                 }
             }
         }

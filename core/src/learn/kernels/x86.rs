@@ -1,14 +1,9 @@
-//! AVX2 and AVX-512 paths: tiles of 6 rows and a few vectors of columns, held in registers over a slab.
+//! AVX2 and AVX-512 paths: tiles of 6 x 16 and 6 x 64.
 //!
-//! One macro writes both. `unsafe` lives here: instructions found at run time, and loads and stores through pointers
-//! whose bounds are asserted once a task.
+//! `unsafe` lives here: instructions found at run time.
 
-use super::{Matrix, PACKED_ROWS, Path, SLAB, pack_rows, panel_of};
+use super::{Matrix, Path};
 use core::arch::x86_64::*;
-
-/// Rows of a tile: 6 x 2 sums, 2 loads and a broadcast fill AVX2's 16 registers; 6 x 4, 4 and 1 AVX-512's 32.
-const HEIGHT: usize = 6;
-const _: () = assert!(PACKED_ROWS.is_multiple_of(HEIGHT));
 
 /// Whether the machine and its system support the instructions of `path`.
 pub(super) fn has(path: Path) -> bool {
@@ -18,6 +13,7 @@ pub(super) fn has(path: Path) -> bool {
         Path::Plain => true,
         Path::Avx2 => avx2::get(),
         Path::Avx512 => avx512::get(),
+        _ => false,
     }
 }
 
@@ -47,169 +43,5 @@ pub(super) fn fill_rows(
     }
 }
 
-macro_rules! path {
-    ($module:ident, $features:literal, $lanes:literal, $vectors:literal, $vector:ident, $zero:ident, $load:ident,
-     $store:ident, $broadcast:ident, $fused:ident) => {
-        mod $module {
-            use super::*;
-
-            pub const WIDTH: usize = $lanes * $vectors;
-
-            /// SAFETY: the machine has the instructions and `packed` holds all panels of `depth` rows.
-            #[target_feature(enable = $features)]
-            pub unsafe fn fill_rows(
-                rows: &mut [f32],
-                columns: usize,
-                depth: usize,
-                a: Matrix<f32>,
-                packed: &[f32],
-                begins_at_zero: bool,
-            ) {
-                // Rows of A that lie along the depth are read where they are; others are packed first.
-                // SAFETY: the caller's.
-                unsafe {
-                    if a.column == 1 {
-                        walk::<1>(rows, columns, depth, a, packed, begins_at_zero);
-                    } else {
-                        walk::<{ PACKED_ROWS / HEIGHT }>(rows, columns, depth, a, packed, begins_at_zero);
-                    }
-                }
-            }
-
-            /// [`fill_rows`] with memory for `TILES` packed tiles of A; with 1 only a ragged last tile is packed.
-            /// SAFETY: that of [`fill_rows`].
-            #[target_feature(enable = $features)]
-            unsafe fn walk<const TILES: usize>(
-                rows: &mut [f32],
-                columns: usize,
-                depth: usize,
-                a: Matrix<f32>,
-                packed: &[f32],
-                begins_at_zero: bool,
-            ) {
-                let count = rows.len() / columns;
-                let mut left = [[0.0; HEIGHT * SLAB]; TILES];
-                for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
-                    let begins = begins_at_zero && slab.start == 0;
-                    for block in (0..count).step_by(if TILES == 1 { count } else { TILES * HEIGHT }) {
-                        let end = if TILES == 1 { count } else { (block + TILES * HEIGHT).min(count) };
-                        let is_direct = |row: usize| TILES == 1 && row + HEIGHT <= end;
-                        // With one tile of memory that is the last, ragged one.
-                        let first = if TILES == 1 { end / HEIGHT * HEIGHT } else { block };
-                        for (row, out) in (first..end).step_by(HEIGHT).zip(&mut left) {
-                            pack_rows::<f32, HEIGHT>(
-                                &mut out[..HEIGHT * slab.len()],
-                                a,
-                                row,
-                                end.min(row + HEIGHT),
-                                slab.clone(),
-                            );
-                        }
-                        for column in (0..columns).step_by(WIDTH) {
-                            let panel = &packed[panel_of(&slab, column, columns, WIDTH)];
-                            for (i, row) in (block..end).step_by(HEIGHT).enumerate() {
-                                let left = if is_direct(row) {
-                                    let rows = &a.data[row * a.row..];
-                                    assert!(rows.len() >= (HEIGHT - 1) * a.row + slab.end);
-                                    (rows[slab.start..].as_ptr(), a.row, 1)
-                                } else {
-                                    (left[if TILES == 1 { 0 } else { i }].as_ptr(), 1, HEIGHT)
-                                };
-                                let (height, width) = (HEIGHT.min(end - row), WIDTH.min(columns - column));
-                                let at = row * columns + column;
-                                if height == HEIGHT && width == WIDTH {
-                                    assert!(at + (HEIGHT - 1) * columns + WIDTH <= rows.len());
-                                    // SAFETY: the tile's six rows lie inside `rows`, as just seen.
-                                    unsafe { tile(rows.as_mut_ptr().add(at), columns, left, panel, begins) };
-                                } else {
-                                    let mut edge = [0.0; HEIGHT * WIDTH];
-                                    for r in 0..height {
-                                        let from = &rows[at + r * columns..][..width];
-                                        edge[r * WIDTH..][..width].copy_from_slice(from);
-                                    }
-                                    // SAFETY: the tile is the whole of `edge`.
-                                    unsafe { tile(edge.as_mut_ptr(), WIDTH, left, panel, begins) };
-                                    for r in 0..height {
-                                        let to = &mut rows[at + r * columns..][..width];
-                                        to.copy_from_slice(&edge[r * WIDTH..][..width]);
-                                    }
-                                }
-                            }
-                        }
-                    }
-                }
-            }
-
-            /// Adds left times panel (WIDTH values a step) to a tile of C, or to zero. `left` is a pointer, the distance of
-            /// its rows and that of its steps.
-            /// SAFETY: HEIGHT rows of WIDTH values, `stride` apart, can be read and written at `c`; HEIGHT rows of as many
-            /// steps as `panel` has can be read at `left`.
-            #[target_feature(enable = $features)]
-            #[inline]
-            unsafe fn tile(
-                c: *mut f32,
-                stride: usize,
-                left: (*const f32, usize, usize),
-                panel: &[f32],
-                begins_at_zero: bool,
-            ) {
-                let mut sums = [[$zero(); $vectors]; HEIGHT];
-                // SAFETY: the caller's rows and steps.
-                unsafe {
-                    if !begins_at_zero {
-                        for r in 0..HEIGHT {
-                            for v in 0..$vectors {
-                                sums[r][v] = $load(c.add(r * stride + v * $lanes));
-                            }
-                        }
-                    }
-                    let (mut x, row, step) = left;
-                    let mut y = panel.as_ptr();
-                    for _ in 0..panel.len() / WIDTH {
-                        let mut right: [$vector; $vectors] = [$zero(); $vectors];
-                        for v in 0..$vectors {
-                            right[v] = $load(y.add(v * $lanes));
-                        }
-                        for r in 0..HEIGHT {
-                            let value = $broadcast(*x.add(r * row));
-                            for v in 0..$vectors {
-                                sums[r][v] = $fused(value, right[v], sums[r][v]);
-                            }
-                        }
-                        (x, y) = (x.wrapping_add(step), y.wrapping_add(WIDTH));
-                    }
-                    for r in 0..HEIGHT {
-                        for v in 0..$vectors {
-                            $store(c.add(r * stride + v * $lanes), sums[r][v]);
-                        }
-                    }
-                }
-            }
-        }
-    };
-}
-
-path!(
-    wide256,
-    "avx2,fma",
-    8,
-    2,
-    __m256,
-    _mm256_setzero_ps,
-    _mm256_loadu_ps,
-    _mm256_storeu_ps,
-    _mm256_set1_ps,
-    _mm256_fmadd_ps
-);
-path!(
-    wide512,
-    "avx512f",
-    16,
-    4,
-    __m512,
-    _mm512_setzero_ps,
-    _mm512_loadu_ps,
-    _mm512_storeu_ps,
-    _mm512_set1_ps,
-    _mm512_fmadd_ps
-);
+tiles!(wide256, "avx2,fma", 8, 2, __m256, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_set1_ps, _mm256_fmadd_ps);
+tiles!(wide512, "avx512f", 16, 4, __m512, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_set1_ps, _mm512_fmadd_ps);

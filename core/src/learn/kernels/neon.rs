@@ -1,0 +1,32 @@
+//! NEON path of aarch64: tiles of 6 x 16. Every aarch64 machine with floating point has the instructions.
+//!
+//! `unsafe` lives here: vector instructions that the target has by definition.
+
+use super::Matrix;
+use core::arch::aarch64::*;
+
+/// Columns of a packed panel.
+pub(super) const WIDTH: usize = wide128::WIDTH;
+
+/// See [`super::Float::fill_rows`].
+pub(super) fn fill_rows(
+    rows: &mut [f32],
+    columns: usize,
+    depth: usize,
+    a: Matrix<f32>,
+    packed: &[f32],
+    begins_at_zero: bool,
+) {
+    assert!(packed.len() >= columns.next_multiple_of(WIDTH) * depth);
+    // SAFETY: this file is compiled where the target has NEON, and the packed panels are complete.
+    unsafe { wide128::fill_rows(rows, columns, depth, a, packed, begins_at_zero) }
+}
+
+/// a b + c, rounded once.
+#[inline]
+#[target_feature(enable = "neon")]
+fn fused(a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
+    vfmaq_f32(c, a, b)
+}
+
+tiles!(wide128, "neon", 4, 4, float32x4_t, vld1q_f32, vst1q_f32, vdupq_n_f32, fused);

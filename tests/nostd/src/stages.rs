@@ -1,0 +1,163 @@
+//! One mesh through every stage: parts by shape diameter, an exact unwrap with its exposure, a short training, metrics.
+
+use crate::hash::Hash;
+use crate::mesh::{Mesh, read};
+use glam::{DVec2, DVec3};
+use seamwright_core::base::progress::Silent;
+use seamwright_core::base::scratch::{Scratch, ScratchTooSmall};
+use seamwright_core::base::workers::Workers;
+use seamwright_core::judge::input::UvMesh;
+use seamwright_core::judge::measure::{MeasureError, measure};
+use seamwright_core::learn::backbone::Widths;
+use seamwright_core::learn::kernels::Path;
+use seamwright_core::learn::losses::{Loss, LossWeights};
+use seamwright_core::learn::train::{self, Sample, TrainError, Unwatched, train};
+use seamwright_core::mesh::normals::{NormalWeight, vertex_normals};
+use seamwright_core::mesh::view::MeshView;
+use seamwright_core::pipeline::polygons::{Parts, Source, parts_of_polygons};
+use seamwright_core::pipeline::{Input, Output, Packing, Settings, UnwrapError, unwrap};
+use seamwright_core::rays::binned::BinnedBuilder;
+use seamwright_core::segment;
+
+/// Rays a vertex.
+const RAYS: u32 = 64;
+/// Search work of tight packing.
+const EFFORT: f64 = 0.05;
+/// Texels a side at which coverage is measured.
+const RESOLUTION: u32 = 128;
+/// Every loss has a weight and step 5 looks at the rare ones again, so that every operation of the tape runs.
+const WEIGHTS: LossWeights = LossWeights([1.0, 0.01, 0.01, 0.01, 0.005, 0.01, 1e-2, 0.004, 0.01, 0.01, 0.1]);
+/// A training of seconds on a microcontroller. The width is no multiple of any path's tile.
+const TRAINING: train::Settings = train::Settings {
+    widths: Widths { hidden: 21, code: 5 },
+    steps: 7,
+    batch: 60,
+    weights: WEIGHTS,
+    ..train::Settings::PAPER
+};
+
+/// A hash of what each stage wrote.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stages {
+    /// Exposure of each vertex.
+    pub exposure: u64,
+    /// Part and shape diameter of each face.
+    pub labels: u64,
+    /// Weights, losses, UVs and seam scores of the training.
+    pub weights: u64,
+    /// UV of each corner and chart of each face of the exact unwrap, whose borders of parts are cuts.
+    pub uvs: u64,
+    /// All figures of that atlas.
+    pub metrics: u64,
+}
+
+/// Why there are no hashes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Failure {
+    /// The text is no mesh of triangles.
+    Mesh,
+    /// More memory is needed.
+    Scratch(ScratchTooSmall),
+    /// Parts or the atlas failed.
+    Unwrap(UnwrapError),
+    /// The training failed.
+    Train(TrainError),
+    /// The measuring failed.
+    Measure(MeasureError),
+    /// The lines could not be written.
+    Output,
+}
+
+impl From<ScratchTooSmall> for Failure {
+    fn from(e: ScratchTooSmall) -> Self {
+        Failure::Scratch(e)
+    }
+}
+
+/// Runs every stage on the OBJ in `text`.
+pub fn stages(
+    text: &str,
+    packing: Packing,
+    seed: u64,
+    memory: &mut [u8],
+    path: Path,
+    workers: &dyn Workers,
+) -> Result<Stages, Failure> {
+    let mut scratch = Scratch::new(memory);
+    let mesh = read(text, &mut scratch)?;
+    let Mesh { positions, faces } = mesh;
+    let polygon_start = scratch.take::<u32>(faces.len() + 1)?;
+    polygon_start.iter_mut().enumerate().for_each(|(i, start)| *start = 3 * i as u32);
+    let corners = faces.as_flattened();
+    let input = Input { positions, corners, polygon_start, kept_uv: None, parts: None };
+
+    let part = scratch.take::<u32>(faces.len())?;
+    let diameter = scratch.take::<f32>(faces.len())?;
+    let shape = Source::Shape(segment::parts::Settings { seed, ..Default::default() });
+    let out = Parts { part, diameter };
+    let (bvh, frame) = (&BinnedBuilder, scratch.frame());
+    let parts = parts_of_polygons(out, &input, shape, bvh, frame, workers, &mut Silent).map_err(Failure::Unwrap)?;
+    let labels = Hash::new().u32s([parts as u32]).u32s(part.iter().copied()).f32s(diameter.iter().copied()).end();
+
+    let corner_uv = scratch.take::<DVec2>(corners.len())?;
+    let polygon_chart = scratch.take::<u32>(faces.len())?;
+    let exposure = scratch.take::<f32>(positions.len())?;
+    let settings = Settings { rays: RAYS, effort: EFFORT, packing, seed, ..Settings::default() };
+    let input = Input { parts: Some(part), ..input };
+    let out = Output { corner_uv, polygon_chart, exposure };
+    unwrap(out, &input, &settings, bvh, scratch.frame(), workers, &mut Silent).map_err(Failure::Unwrap)?;
+    let uvs = Hash::new().f64s(corner_uv.iter().flat_map(|uv| uv.to_array())).u32s(polygon_chart.iter().copied()).end();
+
+    let weights = training(mesh, exposure, seed, scratch.frame(), path, workers)?;
+    let (corner_uv, _) = corner_uv.as_chunks::<3>();
+    let judged = UvMesh { positions, triangles: faces, corner_uv };
+    let figures = measure(judged, Some(exposure), RESOLUTION, scratch.frame()).map_err(Failure::Measure)?;
+    Ok(Stages {
+        exposure: Hash::new().f32s(exposure.iter().copied()).end(),
+        labels,
+        weights,
+        uvs,
+        metrics: Hash::new().text(&figures).end(),
+    })
+}
+
+/// Trains a map towards the mesh's shadow on a plane; the hash of all that the training writes.
+fn training(
+    mesh: Mesh,
+    exposure: &[f32],
+    seed: u64,
+    mut scratch: Scratch,
+    path: Path,
+    workers: &dyn Workers,
+) -> Result<u64, Failure> {
+    let n = mesh.positions.len();
+    let exact = scratch.take::<DVec3>(n)?;
+    vertex_normals(exact, MeshView { positions: mesh.positions, faces: mesh.faces }, NormalWeight::Angle);
+    let positions = scratch.take::<[f32; 3]>(n)?;
+    let normals = scratch.take::<[f32; 3]>(n)?;
+    let target = scratch.take::<[f32; 2]>(n)?;
+    for v in 0..n {
+        positions[v] = mesh.positions[v].as_vec3().to_array();
+        normals[v] = exact[v].as_vec3().to_array();
+        target[v] = [positions[v][0], positions[v][1]];
+    }
+    let faces = mesh.faces.as_flattened();
+    let input = train::Input {
+        positions: positions.as_flattened(),
+        normals: normals.as_flattened(),
+        faces,
+        smooth: faces,
+        target: target.as_flattened(),
+        exposure,
+    };
+    let q = scratch.take::<f32>(2 * n)?;
+    let scores = scratch.take::<f32>(n)?;
+    let weights = scratch.take::<f32>(TRAINING.widths.parameter_count())?;
+    let curve = &mut [Sample { step: 0, losses: [0.0; Loss::ALL.len()] }; TRAINING.steps];
+    let settings = train::Settings { seed, ..TRAINING };
+    let out = train::Output { q, scores, weights, curve };
+    train(out, input, &settings, path, workers, &mut Unwatched, &mut scratch).map_err(Failure::Train)?;
+    let losses = curve.iter().flat_map(|sample| sample.losses);
+    let values = weights.iter().chain(q.iter()).chain(scores.iter()).copied();
+    Ok(Hash::new().f32s(values).f32s(losses).end())
+}
