@@ -229,13 +229,9 @@ impl<'w> Walls<'w> {
                 if close[i] == 0 { DVec2::ZERO } else { (DVec2::new(m[0], m[1]) / m[2]) * share }
             };
             let old = |i: usize| if close[i] == 0 { 1.0 } else { 1.0 - share };
-            for i in 0..x.len() {
-                x[i] = x[i] * old(i) + by(i);
-            }
+            x.iter_mut().enumerate().for_each(|(i, x)| *x = *x * old(i) + by(i));
             if flipped(x) {
-                for i in 0..x.len() {
-                    x[i] = (x[i] - by(i)) / old(i);
-                }
+                x.iter_mut().enumerate().for_each(|(i, x)| *x = (*x - by(i)) / old(i));
                 share *= 0.5;
             }
         }
