@@ -4,8 +4,8 @@ const { readFileSync, writeFileSync } = require('fs');
 const Obj = require('../docs/web/obj.js');
 const seamwright = require('../docs/web/seamwright.js');
 
-const [module, mesh, out] = process.argv.slice(2);
-const bytes = readFileSync(module);
+const [wasm, mesh, out] = process.argv.slice(2);
+const bytes = readFileSync(wasm);
 const imports = WebAssembly.Module.imports(new WebAssembly.Module(bytes));
 if (imports.length) throw new Error(`the module imports ${imports.map((i) => i.name)}`);
 const obj = Obj.read(readFileSync(mesh));

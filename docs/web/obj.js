@@ -6,7 +6,7 @@
 const Obj = (() => {
     const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$/;
     const CORNER = /^([+-]?\d+)(?:\/([+-]?\d*))?(?:\/([+-]?\d*))?$/;
-    const WORD = /[^ \t\r\n\f\v]+/g;
+    const WORD = /(?:[^ \t\r\n\f\v\\]|\\(?![ \t\r\n\f]|$))+/g; // a backslash before white space joins lines
 
     function textOf(bytes) {
         let text = '';
@@ -34,14 +34,12 @@ const Obj = (() => {
         return out;
     }
 
-    // Words with their places; one that begins with # ends the statement. A backslash that joins lines is no word.
+    // Words with their places; one that begins with # ends the statement.
     function words(text) {
         const out = [];
         for (const { 0: word, index } of text.matchAll(WORD)) {
             if (word[0] === '#') break;
-            const joins = word.endsWith('\\') && /^[ \t\f]*[\r\n]/.test(text.slice(index + word.length));
-            const bare = joins ? word.slice(0, -1) : word;
-            if (bare) out.push({ word: bare, start: index, end: index + bare.length });
+            out.push({ word, start: index, end: index + word.length });
         }
         return out;
     }
@@ -100,13 +98,14 @@ const Obj = (() => {
         };
     }
 
-    // The shortest decimal that reads back the same, without an exponent.
+    // The shortest decimal that reads back the same, without an exponent; of two that are equally near the larger one, as
+    // the command writes it, where the browser takes the even one. `x` is a UV: k / 2^24 in [0, 1], 24 digits at the most.
     function decimal(x) {
-        const text = String(x);
-        const [digits, exponent] = text.split('e');
-        if (!exponent) return text;
+        const [digits, exponent] = String(x).split('e');
         const [whole, part = ''] = digits.split('.');
-        return `0.${'0'.repeat(-exponent - 1)}${whole}${part}`; // UVs are in [0, 1]
+        const text = exponent ? `0.${'0'.repeat(-exponent - 1)}${whole}${part}` : digits;
+        const isTie = x.toFixed(24).replace(/0+$/, '') === `${text}5`;
+        return isTie ? text.slice(0, -1) + (Number(text.at(-1)) + 1) : text; // even, so never a 9
     }
 
     function write(obj, uv) {
