@@ -79,13 +79,15 @@ const Pictures = (() => {
                 high[k] = Math.max(high[k], positions[3 * v + k]);
             }
         }
-        const radius = Math.hypot(...high.map((h, k) => h - low[k])) / 2 || 1;
+        const middle = low.map((l, k) => (l + high[k]) / 2);
+        const away = (v) => Math.hypot(...middle.map((m, k) => positions[3 * v + k] - m));
+        const radius = corners.reduce((most, v) => Math.max(most, away(v)), 0) || 1;
         const [ct, st, ci, si] = [Math.cos(turn), Math.sin(turn), Math.cos(tilt), Math.sin(tilt)];
         const seen = new Float64Array(positions.length); // x, y on the canvas; depth towards the eye
         for (let v = 0; v < positions.length / 3; v++) {
-            const [x, y, z] = [0, 1, 2].map((k) => (positions[3 * v + k] - (low[k] + high[k]) / 2) / radius);
-            const [right, away] = [ct * x + st * z, ct * z - st * x];
-            const [up, near] = [ci * y - si * away, si * y + ci * away];
+            const [x, y, z] = [0, 1, 2].map((k) => (positions[3 * v + k] - middle[k]) / radius);
+            const [right, front] = [ct * x + st * z, ct * z - st * x];
+            const [up, near] = [ci * y - si * front, si * y + ci * front];
             seen.set([side / 2 * (1 + 0.95 * right), side / 2 * (1 - 0.95 * up), near], 3 * v);
         }
         const at = (c) => [seen[3 * corners[c]], seen[3 * corners[c] + 1]];

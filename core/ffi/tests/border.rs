@@ -7,6 +7,8 @@ use seamwright_core::pipeline::{Input, Output, Settings, unwrap, unwrap_need};
 use seamwright_core::rays::binned::BinnedBuilder;
 use seamwright_ffi::*;
 use std::ptr::{null, null_mut};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 /// A mesh with everything that a call needs.
 struct Call {
@@ -130,29 +132,35 @@ fn polygons_and_triangles_get_the_atlas_that_core_makes() {
     }
 }
 
-extern "C" fn backwards(user: *mut c_void, count: usize, task: SeamwrightTask, context: *mut c_void) {
-    unsafe { *user.cast::<usize>() += count };
-    (0..count).rev().for_each(|i| task(context, i));
+/// Three threads, each with every third task, the last one first.
+extern "C" fn on_threads(user: *mut c_void, count: usize, task: SeamwrightTask, context: *mut c_void) {
+    unsafe { &*user.cast::<AtomicUsize>() }.fetch_add(count, Ordering::Relaxed);
+    let context = context as usize;
+    thread::scope(|scope| {
+        for first in 0..3 {
+            scope.spawn(move || (first..count).step_by(3).rev().for_each(|i| task(context as *mut c_void, i)));
+        }
+    });
 }
 
 extern "C" fn stop_at_packing(user: *mut c_void, stage: *const c_char, _: usize, _: usize) -> i32 {
-    unsafe { *user.cast::<usize>() += 1 };
+    unsafe { &*user.cast::<AtomicUsize>() }.fetch_add(1, Ordering::Relaxed);
     i32::from(unsafe { CStr::from_ptr(stage) } == c"pack")
 }
 
 #[test]
-fn tasks_may_run_in_any_order_and_progress_may_stop_the_run() {
-    let (mut call, mut count) = (Call::cube(), 0usize);
-    call.options.rays = 600;
+fn tasks_may_run_on_any_thread_and_progress_may_stop_the_run() {
+    let (mut call, count) = (Call::cube(), AtomicUsize::new(0));
+    let user = (&raw const count).cast_mut().cast();
     assert_eq!(call.run(), SEAMWRIGHT_OK);
     let serial = bits(&call);
-    call.host = SeamwrightHost { user: (&raw mut count).cast(), progress: None, run: Some(backwards) };
+    call.host = SeamwrightHost { user, progress: None, run: Some(on_threads) };
     assert_eq!(call.run(), SEAMWRIGHT_OK);
     assert_eq!(bits(&call), serial);
-    call.host = SeamwrightHost { user: (&raw mut count).cast(), progress: Some(stop_at_packing), run: None };
-    count = 0;
+    assert!(count.swap(0, Ordering::Relaxed) > 0);
+    call.host = SeamwrightHost { user, progress: Some(stop_at_packing), run: None };
     assert_eq!(call.run(), SEAMWRIGHT_CANCELLED);
-    assert!(count > 2);
+    assert!(count.into_inner() > 2);
 }
 
 #[test]
