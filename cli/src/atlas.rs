@@ -13,7 +13,7 @@ use crate::progress::{Reporter, stop_requested};
 use glam::DVec2;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
-use seamwright_core::pipeline::learned::learned_need;
+use seamwright_core::pipeline::learned::{MOST, learned_need};
 use seamwright_core::pipeline::{Input, Method, Output, Report, Settings, UnwrapError, unwrap_by, unwrap_need};
 
 /// A UV atlas of a mesh.
@@ -62,7 +62,7 @@ pub fn make_by(
     };
     let mut atlas = empty(mesh);
     let triangles = mesh.corners.len().saturating_sub(2 * mesh.polygon_count());
-    let learned = trainer.as_ref().map_or(0, |t| learned_need(triangles, mesh.positions.len(), &t.settings));
+    let learned = trainer.as_ref().map_or(0, |t| learned_need(triangles, mesh.positions.len(), &t.settings, MOST));
     let need = unwrap_need(&input, settings, &ObvhsBuilder).saturating_add(learned);
     let result = with_enough(need, |bytes| {
         let output = Output {

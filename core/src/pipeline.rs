@@ -5,6 +5,7 @@ pub mod order;
 pub mod partition;
 mod place;
 pub mod polygons;
+mod training;
 
 use crate::atlas::pack::{self, pack_need};
 use crate::atlas::pieces::{Pieces, pieces_need, unwrap_pieces};

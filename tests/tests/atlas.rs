@@ -14,7 +14,7 @@ use seamwright_core::base::workers::{Serial, Workers};
 use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::measure::{Metrics, measure, measure_need};
 use seamwright_core::mesh::repair::{Facing, Polygons, repair, repair_need};
-use seamwright_core::pipeline::{Input, Output, Packing, Report, Settings, UnwrapError, unwrap, unwrap_need};
+use seamwright_core::pipeline::{Charts, Input, Output, Packing, Report, Settings, UnwrapError, unwrap, unwrap_need};
 use seamwright_tests::shapes;
 use std::path::{Path, PathBuf};
 
@@ -257,6 +257,18 @@ fn beside(folder: &str) -> PathBuf {
 fn every_fixture_has_a_sound_atlas() {
     assert_eq!(sweep(&beside("fixtures"), |_| Packing::Tight), Vec::<String>::new());
     assert_eq!(sweep(&beside("fixtures/broken"), |_| Packing::Grid), Vec::<String>::new());
+}
+
+#[test]
+fn animals_and_knots_stay_one_chart_where_that_is_asked_for() {
+    for name in ["quadruped", "hand", "knot", "mug"] {
+        let loaded = load(&beside("fixtures").join(format!("{name}.obj"))).expect("fixtures can be read");
+        let settings = Settings { charts: Charts::One, ..settings() };
+        let (atlas, report) =
+            run(loaded.mesh(), &settings, &Pool::new(Some(2)).expect("threads"), 0).expect("it has an atlas");
+        assert_eq!(report.chart_count, 1, "{name}");
+        assert_eq!(faults(loaded.mesh(), &atlas, &report, settings.packing), Vec::<String>::new(), "{name}");
+    }
 }
 
 #[test]

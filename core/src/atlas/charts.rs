@@ -80,6 +80,7 @@ struct Job<'j> {
     at: &'j mut [DVec3],
     inner: usize,
     border: &'j [u32],      // corners whose half-edges are the border, in order
+    walls: &'j [[u32; 2]],  // border edges that are kept apart
     beside: &'j [[u32; 3]], // neighbours of each triangle, where there are no inner nodes
     scratch: Option<Scratch<'j>>,
     result: Result<Relaxed, ScratchTooSmall>,
@@ -166,6 +167,7 @@ pub fn job_need(faces: usize) -> usize {
         + bytes_for::<DVec3>(nodes)
         + bytes_for::<[u32; 3]>(faces)
         + 2 * bytes_for::<u32>(nodes)
+        + bytes_for::<[u32; 2]>(nodes)
         + relax_need(nodes, faces, 3 * faces)
 }
 
@@ -216,6 +218,11 @@ fn take_out<'j>(
             *slot = 3 * local_face(faces, c / 3) + c % 3;
         }
     }
+    let walls = scratch.take::<[u32; 2]>(if surface.stays_whole { border.len() } else { 0 })?;
+    for (wall, c) in walls.iter_mut().zip(border.iter()) {
+        let t = triangles[(c / 3) as usize];
+        *wall = [t[(c % 3) as usize], t[(c % 3 + 1) as usize % 3]];
+    }
     let beside = scratch.take_filled::<[u32; 3]>(if inner == 0 { faces.len() } else { 0 }, [NONE; 3])?;
     for (b, f) in beside.iter_mut().zip(faces) {
         for i in 0..3 {
@@ -224,7 +231,19 @@ fn take_out<'j>(
             }
         }
     }
-    Ok(Job { faces, triangles, rest, x, at, inner, border, beside, scratch: None, result: Ok(Relaxed::default()) })
+    Ok(Job {
+        faces,
+        triangles,
+        rest,
+        x,
+        at,
+        inner,
+        border,
+        walls,
+        beside,
+        scratch: None,
+        result: Ok(Relaxed::default()),
+    })
 }
 
 /// Place of a face in the ascending list of its chart's faces.
@@ -250,7 +269,8 @@ impl Job<'_> {
     }
 
     fn done(&mut self, work: Work, mut scratch: Scratch, workers: &dyn Workers) -> Result<Relaxed, ScratchTooSmall> {
-        let piece = Piece { triangles: self.triangles, rest: self.rest, free: self.x.len(), at: self.at, springs: &[] };
+        let Self { triangles, rest, at, walls, .. } = self;
+        let piece = Piece { triangles, rest, free: self.x.len(), at, springs: &[], walls };
         match work {
             Work::Relax(stop) => relax(self.x, &piece, stop, scratch, workers),
             Work::Flatten(_) if self.inner == 0 => {

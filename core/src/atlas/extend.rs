@@ -116,7 +116,8 @@ pub fn extend(
             },
         );
     }
-    if let Some((worth, c)) = best_chord(cut, on_cut, density, surface)
+    if !surface.stays_whole
+        && let Some((worth, c)) = best_chord(cut, on_cut, density, surface)
         && worth > best
     {
         surface.set_cut(cut, c, true);

@@ -87,7 +87,7 @@ pub fn tutte(
             three[i] = Spring { a, b, weight: 0.5 / length(a, b) };
         }
     }
-    let springs = Piece { triangles: &[], rest: &[], free: inner, at: piece.at, springs };
+    let springs = Piece { triangles: &[], rest: &[], free: inner, at: piece.at, springs, walls: &[] };
     let temporary = scratch.split(graph_need(&springs))?;
     let mut system = System::new(&springs, &mut scratch, temporary)?;
     // Later rounds correct the factor's single precision. Where the first has left no triangle turned, the second is as good
@@ -109,7 +109,7 @@ pub fn tutte(
             add_spring(matrix, s, inner);
             add_pull(matrix, s, (here[s.b as usize] - here[s.a as usize]) * (2.0 * s.weight), inner);
         };
-        system.solve(step, |_, _| {}, spring, 0.0, scratch.frame(), workers)?;
+        system.solve(step, |_, _| {}, spring, |_, _| {}, scratch.frame(), workers)?;
         for (x, s) in x.iter_mut().zip(step.iter()) {
             *x += *s;
         }

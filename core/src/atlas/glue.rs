@@ -326,7 +326,7 @@ impl<'t> Trial<'t> {
             *t = from.map(|i| place[i as usize]);
         }
         let at: &[DVec3] = &[];
-        let piece = Piece { triangles, rest: self.rest, free: free as usize, at, springs: &[] };
+        let piece = Piece { triangles, rest: self.rest, free: free as usize, at, springs: &[], walls: &[] };
         relax(y, &piece, STOP, scratch, &Serial)?;
         for (x, p) in self.x.iter_mut().zip(place.iter()) {
             *x = y[*p as usize];

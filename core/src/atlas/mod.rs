@@ -22,5 +22,6 @@ pub mod split;
 pub mod surface;
 pub mod tears;
 pub mod transfer;
+mod walls;
 pub mod wedge_paths;
 pub mod zip;

@@ -59,7 +59,7 @@ impl<'a> Pieces<'a> {
         let source = keep.take::<u32>(corners)?;
         let local_cost = keep.take::<f64>(corners)?;
         let rest = keep.take::<Rest>(count)?;
-        let bare = Surface { mesh, twin, rest: &[], cost, start: &[], corners: &[] };
+        let bare = Surface { mesh, twin, rest: &[], cost, start: &[], corners: &[], stays_whole: false };
         // Starts are as long as there are pieces: find those first, in a frame.
         let pieces = {
             let mut frame = keep.frame();
@@ -146,7 +146,7 @@ impl<'a> Pieces<'a> {
         let vertices = self.vertex_start[p] as usize..self.vertex_start[p + 1] as usize;
         let mesh = MeshView { positions: &self.positions[vertices], faces: &self.faces[faces.clone()] };
         let (twin, rest, cost) = (&self.twin[corners.clone()], &self.rest[faces], &self.cost[corners]);
-        Surface { mesh, twin, rest, cost, start: &[], corners: &[] }
+        Surface { mesh, twin, rest, cost, start: &[], corners: &[], stays_whole: false }
     }
 
     /// The two pairs of nodes that stand across from each other at each edge that is cut in piece `p`; `cut` and `node` have

@@ -7,6 +7,7 @@
 
 use super::energy::Rest;
 use super::sparse::{Factor, FrontMatrix, Symbolic};
+use super::walls::{Walls, walls_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Workers, for_each_chunk};
 use bytemuck::{Pod, Zeroable};
@@ -54,6 +55,8 @@ pub struct Piece<'p> {
     pub at: &'p [DVec3], // (n)
     /// Springs.
     pub springs: &'p [Spring],
+    /// Border edges that are kept apart, in order round the border.
+    pub walls: &'p [[u32; 2]],
 }
 
 /// When to stop.
@@ -129,14 +132,14 @@ impl<'a> System<'a> {
         Ok(Self { symbolic, triangle_start, triangles, spring_start, springs, factor })
     }
 
-    /// Solves for `x`: `triangle(t, matrix)` and `spring(s, matrix)` add the elements and their right-hand sides, `hold` is
-    /// added to each diagonal entry. Returns the right-hand side times `x`.
+    /// Solves for `x`: `triangle(t, matrix)`, `spring(s, matrix)` and `node(i, matrix)` add the elements and their right-hand
+    /// sides. Returns the right-hand side times `x`.
     pub fn solve(
         &mut self,
         x: &mut [DVec2],
         triangle: impl Fn(usize, &mut FrontMatrix) + Sync,
         spring: impl Fn(usize, &mut FrontMatrix) + Sync,
-        hold: f64,
+        node: impl Fn(u32, &mut FrontMatrix) + Sync,
         scratch: Scratch,
         workers: &dyn Workers,
     ) -> Result<f64, ScratchTooSmall> {
@@ -149,8 +152,8 @@ impl<'a> System<'a> {
             for s in &springs[spring_start[f] as usize..spring_start[f + 1] as usize] {
                 spring(*s as usize, matrix);
             }
-            for node in symbolic.own_nodes(f) {
-                matrix.add(*node, *node, [hold, 0.0, 0.0, hold]);
+            for i in symbolic.own_nodes(f) {
+                node(*i, matrix);
             }
         };
         factor.solve(x, symbolic, &add, scratch, workers)
@@ -195,7 +198,7 @@ pub fn relax_need(nodes: usize, triangles: usize, springs: usize) -> usize {
     let factor = nodes * (32 * log + 64) * 4;
     let fronts = nodes * (110 + 144) * 8 + 200_000;
     let graph = nodes * 190 + triangles * 40 + springs * 48;
-    factor + fronts + graph + 4096
+    factor + fronts + graph + 4096 + walls_need(nodes)
 }
 
 /// Energy of a piece at `x`: triangles (psi times area) and springs. `sums` is memory, one value a chunk.
@@ -229,7 +232,10 @@ pub fn relax(
 ) -> Result<Relaxed, ScratchTooSmall> {
     let free = piece.free;
     let sums = scratch.take::<f64>(piece.triangles.len().div_ceil(CHUNK))?;
-    let mut now = energy(piece, x, sums, workers);
+    let mut walls = Walls::new(piece.walls, piece, &mut scratch)?;
+    let pushes = scratch.take::<[f64; 5]>(if piece.walls.is_empty() { 0 } else { x.len() })?;
+    walls.open(x, piece, scratch.frame())?;
+    let mut now = energy(piece, x, sums, workers) + walls.energy(x);
     let mut done = Relaxed { before: now, after: now, ..Relaxed::default() };
     if free == 0 || now == f64::INFINITY || stop.steps == 0 {
         return Ok(done);
@@ -254,6 +260,8 @@ pub fn relax(
     trial.copy_from_slice(x);
     while done.steps < stop.steps {
         let here = &*x;
+        walls.derivatives(here, pushes);
+        let held = &*pushes;
         let fall = system.solve(
             &mut step[..free],
             |t, matrix| {
@@ -266,7 +274,11 @@ pub fn relax(
                 add_spring(matrix, s, free);
                 add_pull(matrix, s, (here[s.b as usize] - here[s.a as usize]) * (2.0 * s.weight), free);
             },
-            HOLD,
+            |i, matrix| {
+                let [gx, gy, xx, xy, yy] = held.get(i as usize).copied().unwrap_or_default();
+                matrix.add(i, i, [xx + HOLD, xy, xy, yy + HOLD]);
+                matrix.add_vector(i, -DVec2::new(gx, gy));
+            },
             scratch.frame(),
             workers,
         )?;
@@ -285,13 +297,14 @@ pub fn relax(
             }
         });
         let limit = sums.iter().copied().fold(1.0 / STEP_SHARE, f64::min);
+        let limit = walls.limit(here, ahead, limit);
         let mut length = (limit * STEP_SHARE).min(1.0);
         let mut found = false;
         for _ in 0..30 {
             for i in 0..free {
                 trial[i] = x[i] + step[i] * length;
             }
-            let next = energy(piece, trial, sums, workers);
+            let next = energy(piece, trial, sums, workers) + walls.energy(trial);
             if next <= now + DECREASE * length * slope {
                 found = true;
                 now = next;
@@ -312,7 +325,7 @@ pub fn relax(
 /// Whether a step promises next to nothing, told without a factorisation: the decrease that each node alone could reach,
 /// g . D^-1 g with D the 2 x 2 blocks on the diagonal, is well below `least`.
 fn settled(x: &[DVec2], piece: &Piece, least: f64, mut scratch: Scratch) -> Result<bool, ScratchTooSmall> {
-    if !piece.springs.is_empty() || piece.free < SETTLED_FROM {
+    if !piece.springs.is_empty() || !piece.walls.is_empty() || piece.free < SETTLED_FROM {
         return Ok(false);
     }
     let sums = scratch.take::<[f64; 5]>(x.len())?; // gradient, and a block's xx, xy, yy

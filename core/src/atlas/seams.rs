@@ -151,6 +151,7 @@ pub fn make_charts(
     workers: &dyn Workers,
     proceed: &mut dyn FnMut() -> bool,
 ) -> Result<(), SeamError> {
+    let surface = &Surface { stays_whole: budget.one, ..*surface };
     let faces = surface.mesh.faces.len();
     let large = faces > PROXY_FROM;
     if !large || !cut_by_proxy(cut, surface, budget, scratch.frame(), workers, proceed)? {

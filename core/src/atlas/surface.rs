@@ -24,6 +24,8 @@ pub struct Surface<'a> {
     pub start: &'a [u32], // (n + 1)
     /// The corners at each vertex.
     pub corners: &'a [u32], // (3 f)
+    /// Whether charts stay whole: their borders are kept from running over themselves, and no path may part them.
+    pub stays_whole: bool,
 }
 
 impl<'a> Surface<'a> {
@@ -49,7 +51,7 @@ impl<'a> Surface<'a> {
             corners[*at as usize] = c;
             *at += 1;
         }
-        Ok(Self { mesh, twin, rest, cost, start, corners })
+        Ok(Self { mesh, twin, rest, cost, start, corners, stays_whole: false })
     }
 
     /// Corners at vertex `v`.

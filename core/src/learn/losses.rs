@@ -101,6 +101,11 @@ impl LossWeights {
         self
     }
 
+    /// Whether a loss is on that needs the corners of faces.
+    pub fn look_at_faces(&self) -> bool {
+        [Loss::Triangle, Loss::Fold, Loss::Distortion].into_iter().any(|loss| self.0[loss as usize] != 0.0)
+    }
+
     /// The losses that take part in step number `step`.
     pub fn active(&self, step: usize) -> u32 {
         let is_on = |loss: &&Loss| self.0[**loss as usize] != 0.0 && (!loss.is_rare() || step.is_multiple_of(RARE));

@@ -6,6 +6,7 @@ pub mod evaluate;
 pub mod kernels;
 pub mod losses;
 pub mod near;
+pub mod run;
 pub mod tape;
 pub mod train;
 mod train_tests;

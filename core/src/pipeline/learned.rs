@@ -6,11 +6,11 @@
 //! `hybrid`: each piece is made by the exact stages; a network is trained from that start, and where its map has seams a cut
 //! costs less: the exact stages run again on these costs. Of both results the one whose cuts cost less without the rebate is
 //! kept, if it holds the bound as well. Every guarantee is that of the exact stages.
-//! Pieces of few vertices, and all but the [`MOST`] largest, are made by the exact stages.
+//! Pieces are trained side by side (`super::training`). Those of few vertices, and all but the [`MOST`] largest, are made by the exact stages.
 //! Without weight on visibility, `neural` is blind to exposure from the start on.
 
 use super::UnwrapError;
-use crate::atlas::charts::Charts;
+use super::training::{train_pieces, training_need};
 use crate::atlas::pieces::{Pieces, unwrap_pieces};
 use crate::atlas::seams::{Budget, distortion, make_charts};
 use crate::atlas::surface::Surface;
@@ -18,25 +18,17 @@ use crate::atlas::tears::{Torn, tear};
 use crate::base::progress::{Progress, Stage};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
-use crate::learn::evaluate::{Frame, evaluate, evaluate_need};
+use crate::learn::evaluate::{Frame, evaluate};
 use crate::learn::kernels::Path;
 use crate::learn::losses::Loss;
-use crate::learn::train::{self, Output, Sample, TrainError, Watch, train, train_need};
-use crate::mesh::normals::{NormalWeight, vertex_normals};
-use crate::mesh::view::{NONE, next};
-use core::ops::ControlFlow;
+use crate::learn::train::{self, Sample};
+use crate::mesh::view::next;
 use glam::{DVec2, DVec3};
 
 /// Pieces that are trained at the most.
 pub const MOST: usize = 8;
 /// Vertices from which on a piece is trained: a map of fewer is as quickly made exactly.
 const FEW: usize = 200;
-/// A piece of little more than that gets this share of the steps; one that is all of the mesh gets all.
-const LEAST_STEPS: f64 = 0.125;
-/// Gap between charts of the start, over the height of the tallest.
-const GAP: f64 = 0.1;
-/// Steps between two notes of the losses.
-const NOTE: usize = 25;
 /// Share of its cost that an edge on a learned seam saves (`hybrid`).
 const SAVED: f64 = 0.8;
 
@@ -81,15 +73,16 @@ pub struct Summary {
     pub torn: Torn,
 }
 
-/// Scratch bytes for [`neural`] and [`hybrid`] beyond those of the exact method.
-pub fn learned_need(triangles: usize, vertices: usize, settings: &train::Settings) -> usize {
+/// Scratch bytes beyond those of the exact method, for training `lanes` pieces side by side ([`MOST`] at the most): as many as
+/// there are threads are enough. A run with more memory trains more at a time, one with less fewer; no bit depends on it.
+pub fn learned_need(triangles: usize, vertices: usize, settings: &train::Settings, lanes: usize) -> usize {
     let vertices = vertices.max(triangles).min(3 * triangles);
     let lists = bytes_for::<f32>(vertices)
         .saturating_mul(12)
         .saturating_add(bytes_for::<DVec3>(vertices).saturating_mul(2))
-        .saturating_add(bytes_for::<u32>(triangles).saturating_mul(16))
+        .saturating_add(bytes_for::<u32>(triangles).saturating_mul(28))
         .saturating_add(bytes_for::<DVec2>(3 * triangles).saturating_mul(2));
-    lists.saturating_add(train_need(vertices, triangles, settings).max(evaluate_need(settings.widths)))
+    lists.saturating_add(training_need(triangles, vertices, settings, lanes))
 }
 
 /// Everything that the steps below share.
@@ -125,22 +118,29 @@ pub(super) fn neural(
         let corners = scene.pieces.corners(p);
         exactly(&mut uv[corners.clone()], &mut cut[corners], p, scene, budget, scratch.frame(), progress)?;
     }
+    let vertices = vertex_count(&order[..count], scene.pieces);
+    let (q, scores) = (scratch.take::<f32>(2 * vertices)?, scratch.take::<f32>(vertices)?);
+    if given == 0 {
+        let began = from_charts.then_some((&*uv, &*cut));
+        train_pieces(q, scores, &order[..count], began, scene, learning, scratch.frame(), progress)?;
+    }
+    let mut first = 0;
     for (k, p) in order[..count].iter().enumerate() {
         let corners = scene.pieces.corners(*p as usize);
         let (uv, cut) = (&mut uv[corners.clone()], &mut cut[corners.clone()]);
         let mut frame = scratch.frame();
         let surface = scene.pieces.surface(*p as usize, &mut frame)?;
         let n = surface.mesh.positions.len();
-        let (q, scores) = (frame.take::<f32>(2 * n)?, frame.take::<f32>(n)?);
+        let q = &mut q[2 * first..2 * (first + n)];
+        first += n;
         if given > 0 {
             given_map(q, &surface, scene, learning, given, frame.frame())?;
-        } else if learning.summary.was_stopped {
+        } else if k >= learning.summary.maps {
+            // Stopped before its turn.
             if !from_charts {
                 exactly(uv, cut, *p as usize, scene, budget, frame, progress)?;
             }
             continue;
-        } else {
-            learn(q, scores, (k, *p as usize), Some((uv, cut)), &surface, scene, learning, frame.frame(), progress)?;
         }
         let points = frame.take::<DVec2>(n)?;
         points.iter_mut().zip(q.chunks_exact(2)).for_each(|(p, q)| *p = DVec2::new(q[0].into(), q[1].into()));
@@ -166,18 +166,17 @@ pub(super) fn hybrid(
         progress.report(Stage::Seams, p, total).is_continue()
     })?;
     let (order, count) = largest(scene.pieces);
-    for (k, p) in order[..count].iter().enumerate() {
-        if learning.summary.was_stopped {
-            break;
-        }
+    let vertices = vertex_count(&order[..count], scene.pieces);
+    let (q, scores) = (scratch.take::<f32>(2 * vertices)?, scratch.take::<f32>(vertices)?);
+    train_pieces(q, scores, &order[..count], Some((&*uv, &*cut)), scene, learning, scratch.frame(), progress)?;
+    let mut first = 0;
+    for p in &order[..learning.summary.maps] {
         let corners = scene.pieces.corners(*p as usize);
         let (uv, cut) = (&mut uv[corners.clone()], &mut cut[corners.clone()]);
         let mut frame = scratch.frame();
         let surface = scene.pieces.surface(*p as usize, &mut frame)?;
-        let n = surface.mesh.positions.len();
-        let (q, scores) = (frame.take::<f32>(2 * n)?, frame.take::<f32>(n)?);
-        let began = learning.start.then_some((&*uv, &*cut));
-        learn(q, scores, (k, *p as usize), began, &surface, scene, learning, frame.frame(), progress)?;
+        let scores = &scores[first..first + surface.mesh.positions.len()];
+        first += scores.len();
         let cost = frame.take::<f64>(corners.len())?;
         for (c, out) in cost.iter_mut().enumerate() {
             let ends = [c as u32, next(c as u32)].map(|c| scores[surface.mesh.vertex(c) as usize]);
@@ -238,74 +237,8 @@ fn largest(pieces: &Pieces) -> ([u32; MOST], usize) {
     (order, count)
 }
 
-/// Trains map number `k` on piece `p`: UVs `q` and seam scores of its vertices. `began` holds charts to start from.
-#[allow(clippy::too_many_arguments)]
-fn learn(
-    q: &mut [f32],
-    scores: &mut [f32],
-    (k, p): (usize, usize),
-    began: Option<(&[DVec2], &[u8])>,
-    surface: &Surface,
-    scene: &Scene,
-    learning: &mut Learning,
-    mut scratch: Scratch,
-    progress: &mut dyn Progress,
-) -> Result<(), UnwrapError> {
-    let mesh = surface.mesh;
-    let n = mesh.positions.len();
-    let positions = scratch.take::<f32>(3 * n)?;
-    let exact = scratch.take::<DVec3>(n)?;
-    let normals = scratch.take::<f32>(3 * n)?;
-    let exposure = scratch.take_filled::<f32>(n, 1.0)?;
-    vertex_normals(exact, mesh, NormalWeight::Angle);
-    let flat = |out: &mut [f32], from: &[DVec3]| {
-        let rows = out.chunks_exact_mut(3).zip(from);
-        rows.for_each(|(out, p)| out.copy_from_slice(&p.as_vec3().to_array()));
-    };
-    flat(positions, mesh.positions);
-    flat(normals, exact);
-    let first = scene.pieces.corners(p).start;
-    for c in 0..mesh.corner_count() as u32 {
-        exposure[mesh.vertex(c) as usize] = (scene.open)(scene.pieces.source[first + c as usize]);
-    }
-    let faces = mesh.faces.as_flattened();
-    let start = began.filter(|_| learning.start);
-    let target = scratch.take::<f32>(if start.is_some() { 2 * n } else { 0 })?;
-    let smooth = scratch.take::<u32>(faces.len())?;
-    let mut smooth_len = faces.len();
-    smooth.copy_from_slice(faces);
-    if let Some((uv, cut)) = start {
-        smooth_len = start_from(target, smooth, uv, cut, surface, scratch.frame())?;
-    }
-    let mut settings = learning.settings;
-    let share = faces.len() as f64 / (3 * scene.pieces.rest().len()) as f64;
-    settings.steps = ((settings.steps as f64 * share.max(LEAST_STEPS)) as usize).max(1);
-    if start.is_none() {
-        settings.weights = settings.weights.with(Loss::Target, 0.0);
-    }
-    let width = settings.widths.parameter_count();
-    let input = train::Input { positions, normals, faces, smooth: &smooth[..smooth_len], target, exposure };
-    let curve: &mut [Sample] = if k == 0 { learning.curve } else { &mut [] };
-    let weights = &mut learning.weights[k * width..(k + 1) * width];
-    let mut watch = Watcher { progress, settings: &settings };
-    let output = Output { q, scores, weights, curve };
-    let path = Path::best();
-    let done = train(output, input, &settings, path, scene.workers, &mut watch, &mut scratch).map_err(|e| match e {
-        TrainError::Scratch(e) => UnwrapError::Scratch(e),
-        // A piece has vertices, and its numbers come from a repaired mesh.
-        _ => UnwrapError::NoTriangle,
-    })?;
-    let inside = |p: DVec3| (p - DVec3::from(done.frame.centre.map(f64::from))) * f64::from(done.frame.scale);
-    let from_input = |p: DVec3| inside((scene.place_of)(p));
-    let zero = from_input(DVec3::ZERO);
-    let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|e| (from_input(e) - zero).to_array());
-    let row = |i: usize| [columns[0][i], columns[1][i], columns[2][i]];
-    learning.frames[k] = [row(0), row(1), row(2), zero.to_array()];
-    let summary = &mut learning.summary;
-    (summary.maps, summary.steps) = (k + 1, summary.steps + done.steps);
-    summary.samples = summary.samples.max(done.samples);
-    summary.was_stopped |= done.was_stopped;
-    Ok(())
+fn vertex_count(order: &[u32], pieces: &Pieces) -> usize {
+    order.iter().map(|p| pieces.bare_surface(*p as usize).mesh.positions.len()).sum()
 }
 
 /// Evaluates the given map in whose frame the piece fills the unit box best.
@@ -342,79 +275,4 @@ fn given_map(
     let weights = &learning.weights[best.1 * width..(best.1 + 1) * width];
     let frame = Frame { centre: [0.0; 3], scale: 1.0 };
     evaluate(q, weights, widths, &frame, positions, Path::best(), scene.workers, &mut scratch)
-}
-
-/// Writes the map to start from, charts side by side on [-1, 1]^2, and moves the faces it does not tear to the front of
-/// `smooth`; returns the length of these.
-fn start_from(
-    target: &mut [f32],
-    smooth: &mut [u32],
-    uv: &[DVec2],
-    cut: &[u8],
-    surface: &Surface,
-    mut scratch: Scratch,
-) -> Result<usize, ScratchTooSmall> {
-    let charts = Charts::new(surface, cut, &mut scratch)?;
-    let shift = scratch.take::<DVec2>(charts.count())?;
-    let corners = |k: usize| charts.faces_of(k).iter().flat_map(|f| (3 * f)..(3 * f + 3));
-    let bounds = |k: usize| {
-        corners(k).fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), c| {
-            (low.min(uv[c as usize]), high.max(uv[c as usize]))
-        })
-    };
-    let tall = (0..charts.count()).fold(0.0, |tall, k| (bounds(k).1.y - bounds(k).0.y).max(tall));
-    let mut along = 0.0;
-    for (k, shift) in shift.iter_mut().enumerate() {
-        let (low, high) = bounds(k);
-        *shift = DVec2::new(along - low.x, -low.y);
-        along += high.x - low.x + GAP * tall;
-    }
-    let size = DVec2::new(along - GAP * tall, tall);
-    let scale = 2.0 / size.max_element().max(1e-300);
-    let chosen = scratch.take_filled::<u32>(surface.mesh.positions.len(), NONE)?;
-    for (v, chosen) in chosen.iter_mut().enumerate() {
-        let mut widest = 0;
-        for c in surface.corners_at(v as u32).iter().filter(|c| surface.wedge_start(cut, **c) == **c) {
-            let width = surface.wedge(cut, *c).count();
-            if width > widest {
-                (*chosen, widest) = (*c, width);
-            }
-        }
-        if *chosen != NONE {
-            let place = uv[*chosen as usize] + shift[charts.of_face[(*chosen / 3) as usize] as usize];
-            let place = (place - size * 0.5) * scale;
-            target[2 * v..2 * v + 2].copy_from_slice(&place.as_vec2().to_array());
-        }
-    }
-    let mut len = 0;
-    for (f, corners) in surface.mesh.faces.iter().enumerate() {
-        let starts = |c: u32| surface.wedge_start(cut, c);
-        if (0..3).all(|i| chosen[corners[i] as usize] == starts((3 * f + i) as u32)) {
-            smooth[len..len + 3].copy_from_slice(corners);
-            len += 3;
-        }
-    }
-    Ok(len)
-}
-
-/// Tells the caller's progress of training.
-struct Watcher<'w> {
-    progress: &'w mut dyn Progress,
-    settings: &'w train::Settings,
-}
-
-impl Watch for Watcher<'_> {
-    fn step(&mut self, sample: &Sample, steps: usize) -> ControlFlow<()> {
-        if sample.step.is_multiple_of(NOTE) {
-            let on = |loss: &&Loss| self.settings.weights.0[**loss as usize] != 0.0;
-            let mut text = heapless::String::<256>::new();
-            for loss in Loss::ALL.iter().filter(on) {
-                // What does not fit is left out.
-                let _ =
-                    core::fmt::write(&mut text, format_args!(" {} {:.4}", loss.name(), sample.losses[*loss as usize]));
-            }
-            self.progress.note(format_args!("step {} of {steps}:{text}", sample.step));
-        }
-        self.progress.report(Stage::Learn, sample.step + 1, steps)
-    }
 }
