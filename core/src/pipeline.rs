@@ -18,7 +18,9 @@ use crate::mesh::fill::{fill_dropped, fill_dropped_need};
 use crate::mesh::frame::to_own_frame;
 use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::overlap::overlaps_need;
-use crate::mesh::repair::{self, DIAGONAL, FORCED, Facing, Polygons, RepairError, Working, repair, repair_need};
+use crate::mesh::repair::{
+    self, Counts, DIAGONAL, FORCED, Facing, Polygons, RepairError, Working, repair, repair_need,
+};
 use crate::mesh::view::{NONE, next};
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
@@ -242,18 +244,20 @@ const EXPOSURE_SLICE: usize = 4096;
 /// slice that was missing, not of the whole. A caller that can find more memory tries again with twice as much, which
 /// changes no bit of the result. The same figures again, or a `need` of `usize::MAX`, say that no memory would do.
 pub fn unwrap_need(input: &Input, settings: &Settings, bvh: &dyn BuildBvh) -> usize {
-    let triangles =
-        input.polygon_start.windows(2).map(|p| (p[1].saturating_sub(p[0]) as usize).saturating_sub(2)).sum();
-    let polygons = input.polygons();
-    let vertices = (input.positions.len().max(triangles) + 64).min(3 * triangles);
+    need_for(&input.polygons().counts(), settings, bvh)
+}
+
+/// [`unwrap_need`] of a mesh that is not there yet.
+pub fn need_for(counts: &Counts, settings: &Settings, bvh: &dyn BuildBvh) -> usize {
+    let triangles = counts.triangles;
+    let vertices = (counts.vertices.max(triangles) + 64).min(3 * triangles);
     let rays = 3 * bytes_for::<DVec3>(vertices) + Scene::need(triangles, bvh) + exposure_need(settings.rays as usize);
     let pieces = pieces_need(triangles) + make_charts_need(triangles, vertices) + 64 * triangles;
     let packing = pack_need(triangles, triangles.min(CHARTS_FORESEEN), &settings.pack()) + overlaps_need(triangles);
     let atlas = pieces_need(triangles) + 17 * 3 * triangles + 4096 + pieces.max(packing + 60 * 3 * triangles);
-    repair_need(&polygons)
-        + bytes_for::<DVec3>(vertices)
-        + bytes_for::<f64>(3 * triangles)
-        + rays.max(atlas).max(fill_dropped_need(&polygons))
+    repair_need(counts)
+        .saturating_add(bytes_for::<DVec3>(vertices) + bytes_for::<f64>(3 * triangles))
+        .saturating_add(rays.max(atlas).max(fill_dropped_need(counts)))
 }
 
 /// Charts for which [`unwrap_need`] holds packing memory.

@@ -1,6 +1,7 @@
 //! Shared helpers of the test suites.
 
 pub mod fixtures;
+pub mod header;
 pub mod learned;
 pub mod plain_obj;
 pub mod shapes;

@@ -8,16 +8,16 @@
 //! share the edge (a, a) with the others, and V - E + F of the chart would not be 1.
 
 use super::grid::{GRID_BITS, GridPoint};
-use super::repair::{Polygons, Working};
+use super::repair::{Counts, Polygons, Working};
 use super::view::{NONE, next};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use glam::DVec2;
 
 /// Scratch bytes for [`fill_dropped`].
-pub const fn fill_dropped_need(input: &Polygons) -> usize {
-    let corners = input.corners.len();
+pub const fn fill_dropped_need(counts: &Counts) -> usize {
+    let Counts { corners, vertices, .. } = *counts;
     bytes_for::<u8>(corners)
-        .saturating_add(bytes_for::<u32>(input.positions.len()).saturating_mul(3))
+        .saturating_add(bytes_for::<u32>(vertices).saturating_mul(3))
         .saturating_add(bytes_for::<[u32; 4]>(corners))
 }
 
@@ -29,7 +29,7 @@ pub fn fill_dropped(
     working: &Working,
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
-    scratch.require(fill_dropped_need(input))?;
+    scratch.require(fill_dropped_need(&input.counts()))?;
     let mapped = scratch.take::<u8>(input.corners.len())?;
     working.corner_source.iter().for_each(|c| mapped[*c as usize] = 1);
     let filled = mapped.iter().filter(|m| **m == 0).count();
@@ -200,14 +200,14 @@ mod tests {
     /// are told apart, and fills the rest.
     fn filled(positions: &[DVec3], corners: &[u32], polygon_start: &[u32]) -> (Vec<DVec2>, usize) {
         let input = Polygons { positions, corners, polygon_start, kept_uv: None };
-        let mut bytes = vec![0u8; repair_need(&input)];
+        let mut bytes = vec![0u8; repair_need(&input.counts())];
         let (working, _) = repair(&input, Facing::Turned, &mut Scratch::new(&mut bytes)).unwrap();
         let mut uv = vec![DVec2::NAN; corners.len()];
         for (c, &source) in working.corner_source.iter().enumerate() {
             let here = positions[corners[source as usize] as usize].truncate();
             uv[source as usize] = here + 100.0 * f64::from(working.component[c / 3]);
         }
-        let mut bytes = vec![0u8; fill_dropped_need(&input)];
+        let mut bytes = vec![0u8; fill_dropped_need(&input.counts())];
         let count = fill_dropped(&mut uv, &input, &working, Scratch::new(&mut bytes)).unwrap();
         assert!(uv.iter().all(|uv| uv.is_finite()));
         (uv, count)
@@ -261,10 +261,10 @@ mod tests {
         let positions = points();
         let input =
             Polygons { positions: &positions, corners: &[0, 1, 2, 1, 1], polygon_start: &[0, 3, 5], kept_uv: None };
-        let mut bytes = vec![0u8; repair_need(&input)];
+        let mut bytes = vec![0u8; repair_need(&input.counts())];
         let (working, _) = repair(&input, Facing::Turned, &mut Scratch::new(&mut bytes)).unwrap();
         let mut uv = [DVec2::ONE; 5];
-        let mut bytes = vec![0u8; fill_dropped_need(&input) - 1];
+        let mut bytes = vec![0u8; fill_dropped_need(&input.counts()) - 1];
         assert!(fill_dropped(&mut uv, &input, &working, Scratch::new(&mut bytes)).is_err());
         assert_eq!(uv, [DVec2::ONE; 5]);
     }

@@ -55,6 +55,35 @@ impl Polygons<'_> {
             (usize::saturating_add(triangles, n.saturating_sub(2)), longest.max(n))
         })
     }
+
+    /// What needs of memory depend on.
+    pub fn counts(&self) -> Counts {
+        let (triangles, longest) = self.size();
+        let polygons = self.polygon_start.len().saturating_sub(1);
+        Counts { vertices: self.positions.len(), corners: self.corners.len(), polygons, triangles, longest }
+    }
+}
+
+/// How large a mesh is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counts {
+    /// Vertices.
+    pub vertices: usize,
+    /// Polygon corners.
+    pub corners: usize,
+    /// Polygons.
+    pub polygons: usize,
+    /// Triangles that the polygons would have if none were degenerate.
+    pub triangles: usize,
+    /// The most corners of one polygon.
+    pub longest: usize,
+}
+
+impl Counts {
+    /// Those of a mesh of triangles.
+    pub const fn of_triangles(vertices: usize, triangles: usize) -> Self {
+        Self { vertices, corners: triangles.saturating_mul(3), polygons: triangles, triangles, longest: 3 }
+    }
 }
 
 /// What happens where neighbouring faces of the input disagree about the outside.
@@ -171,27 +200,26 @@ impl core::error::Error for RepairError {}
 
 /// Bytes that must be free for [`repair`]: about 135 a triangle (150 where nothing is welded), and 85 a corner of the
 /// longest polygon. When it is done, 65 (at the most 145) of them a triangle stay taken.
-pub fn repair_need(input: &Polygons) -> usize {
-    let (triangles, longest) = input.size();
+pub fn repair_need(counts: &Counts) -> usize {
+    let Counts { vertices, corners, triangles, .. } = *counts;
     let most = NONE as usize / 3;
-    if triangles >= most || input.corners.len() >= most || input.positions.len() >= most {
+    if triangles >= most || corners >= most || vertices >= most {
         return usize::MAX;
     }
-    let kept = bytes_for::<u32>(input.positions.len())
-        .saturating_add(bytes_for::<u32>(triangles))
-        .saturating_add(Draft::need(triangles));
-    let vertices = bytes_for::<DVec3>(3 * triangles).saturating_add(bytes_for::<u32>(3 * triangles));
-    kept.saturating_add(vertices.max(temporary_need(input, triangles, longest)))
+    let kept =
+        bytes_for::<u32>(vertices).saturating_add(bytes_for::<u32>(triangles)).saturating_add(Draft::need(triangles));
+    let working = bytes_for::<DVec3>(3 * triangles).saturating_add(bytes_for::<u32>(3 * triangles));
+    kept.saturating_add(working.max(temporary_need(counts)))
 }
 
 /// What [`repair`] needs besides what it hands back.
-fn temporary_need(input: &Polygons, triangles: usize, longest: usize) -> usize {
-    let vertices = input.positions.len();
+fn temporary_need(counts: &Counts) -> usize {
+    let Counts { vertices, triangles, longest, polygons, .. } = *counts;
     let edges = bytes_for::<[u32; 3]>(3 * triangles)
         .saturating_add(bytes_for::<u8>(3 * triangles))
         .saturating_add(orient_need(triangles).max(bytes_for::<u8>(vertices)));
     let steps = weld_need(vertices).max(facets_need(vertices, longest)).max(edges);
-    bytes_for::<u64>(input.polygon_start.len()).saturating_add(steps)
+    bytes_for::<u64>(polygons.saturating_add(1)).saturating_add(steps)
 }
 
 /// Makes the working mesh. Its slices come from `out`, where the memory for the work itself is free again afterwards.
@@ -202,7 +230,7 @@ pub fn repair<'a>(
     facing: Facing,
     out: &mut Scratch<'a>,
 ) -> Result<(Working<'a>, Summary), RepairError> {
-    out.require(repair_need(input))?;
+    out.require(repair_need(&input.counts()))?;
     check(input)?;
     let (triangles, longest) = input.size();
     let mut summary = Summary::default();

@@ -51,7 +51,7 @@ impl Soup {
 
     /// Repairs, checks everything that `repair` promises, and lets `look` see the result.
     fn repaired<T>(&self, look: impl FnOnce(&Working, &Summary) -> T) -> T {
-        let mut bytes = vec![0xa5u8; repair_need(&self.view())];
+        let mut bytes = vec![0xa5u8; repair_need(&self.view().counts())];
         let mut scratch = Scratch::new(&mut bytes);
         let (working, summary) = repair(&self.view(), Facing::Turned, &mut scratch).unwrap();
         assert_promises(self, &working, &summary);
@@ -63,7 +63,7 @@ impl Soup {
     }
 
     fn error(&self) -> RepairError {
-        let mut bytes = vec![0u8; repair_need(&self.view())];
+        let mut bytes = vec![0u8; repair_need(&self.view().counts())];
         repair(&self.view(), Facing::Turned, &mut Scratch::new(&mut bytes)).map(|_| ()).unwrap_err()
     }
 }
@@ -321,7 +321,7 @@ fn the_lesser_part_is_turned_round() {
             assert!(p.distance(grid.positions[grid.corners[source as usize] as usize]) < 1e-14);
         }
     });
-    let mut bytes = vec![0u8; repair_need(&grid.view())];
+    let mut bytes = vec![0u8; repair_need(&grid.view().counts())];
     let (working, summary) = repair(&grid.view(), Facing::AsGiven, &mut Scratch::new(&mut bytes)).unwrap();
     assert_promises(&grid, &working, &summary);
     assert_eq!((summary.flipped_faces, summary.components), (0, 5), "7 and 8 are neighbours");

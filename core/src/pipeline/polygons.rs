@@ -43,7 +43,7 @@ pub fn parts_of_polygons_need(input: &Input, bvh: &dyn BuildBvh) -> usize {
     let polygons = input.polygon_start.len();
     let work = partition_need(triangles, 3 * triangles, bvh).max(order_parts_need(polygons.max(triangles)));
     let labels = bytes_for::<u32>(triangles).saturating_mul(2).saturating_add(bytes_for::<u32>(polygons));
-    repair_need(&input.polygons())
+    repair_need(&input.polygons().counts())
         .saturating_add(labels)
         .saturating_add(bytes_for::<u32>(input.positions.len()))
         .saturating_add(work)

@@ -28,7 +28,7 @@ fn main() {
         let unwrap = |packing| unwrap_need(&input, &Settings { packing, ..Settings::default() }, &BinnedBuilder);
         let tiny = Training { widths: Widths { hidden: 8, code: 4 }, batch: 64, ..Training::DRAFT };
         let needs = [
-            repair_need(&polygons),
+            repair_need(&polygons.counts()),
             Scene::need(faces, &BinnedBuilder) + exposure_need(64),
             parts_of_polygons_need(&input, &BinnedBuilder),
             unwrap(Packing::Grid),

@@ -9,7 +9,7 @@ use std::{eprintln, format, fs};
 fn one_byte_less_is_refused_and_the_stated_need_is_enough_at_any_alignment() {
     for seed in 0..20 {
         let soup = noise(seed, 12, 30);
-        let need = repair_need(&soup.view());
+        let need = repair_need(&soup.view().counts());
         let mut bytes = vec![0u8; need + 16];
         for shift in 0..16 {
             let mut scratch = Scratch::new(&mut bytes[shift..shift + need]);
@@ -44,7 +44,7 @@ fn random_polygons_become_manifolds() {
     for seed in 0..3000 {
         let (vertices, polygons) = (4 + seed % 40, 1 + random::hash(seed, 8, 0) % 60);
         let soup = noise(seed, vertices, polygons);
-        let mut bytes = vec![0u8; repair_need(&soup.view())];
+        let mut bytes = vec![0u8; repair_need(&soup.view().counts())];
         let facing = if seed % 4 == 3 { Facing::AsGiven } else { Facing::Turned };
         match repair(&soup.view(), facing, &mut Scratch::new(&mut bytes)) {
             Ok((working, summary)) => assert_promises(&soup, &working, &summary),
@@ -122,7 +122,7 @@ fn every_shared_mesh_becomes_manifold() {
     for path in meshes {
         let soup = read_obj(&path);
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        let mut bytes = vec![0u8; repair_need(&soup.view())];
+        let mut bytes = vec![0u8; repair_need(&soup.view().counts())];
         let per_face = bytes.len() / (soup.corners.len() / 3).max(1);
         let start = std::time::Instant::now();
         let result = repair(&soup.view(), Facing::Turned, &mut Scratch::new(&mut bytes));

@@ -1,0 +1,256 @@
+/* seamwright: a UV atlas of a mesh, in the caller's memory. Generated from core/ffi/src by
+   `cargo run -p seamwright-tests --bin header`; do not edit.
+
+   Every function that answers int32_t answers SEAMWRIGHT_OK or another of the codes below. Nothing is allocated, nothing
+   is kept between calls, and no thread is started; different threads may call at the same time with different buffers.
+   Pointers point to as much as is said beside them, and nobody else writes there during a call; what can be checked is.
+   Shapes stand in brackets: (n, 3) is n times 3 values, row after row. */
+
+#ifndef SEAMWRIGHT_H
+#define SEAMWRIGHT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+// Number of this interface. It changes when a struct, a function or a code does.
+#define SEAMWRIGHT_INTERFACE 1
+
+// Done.
+#define SEAMWRIGHT_OK 0
+
+// A pointer is null where something is needed.
+#define SEAMWRIGHT_NULL 1
+
+// A pointer is not aligned for what it points to.
+#define SEAMWRIGHT_MISALIGNED 2
+
+// A buffer that is written shares bytes with another one.
+#define SEAMWRIGHT_SHARED 3
+
+// A count is larger than 32-bit corner numbers or the address space reach.
+#define SEAMWRIGHT_TOO_LARGE 4
+
+// Triangles were promised, but `corner_count` is not 3 `polygon_count`; or `polygon_start` does not begin with 0, falls,
+// or does not end with `corner_count`. `detail`: the polygon.
+#define SEAMWRIGHT_BAD_POLYGONS 5
+
+// A corner names a vertex that is not there. `detail`: the corner.
+#define SEAMWRIGHT_BAD_INDEX 6
+
+// A coordinate of a vertex is NaN or infinite. `detail`: the vertex.
+#define SEAMWRIGHT_NOT_FINITE 7
+
+// No polygon has three different corners.
+#define SEAMWRIGHT_NO_TRIANGLE 8
+
+// `distortion` is not a number above 1.
+#define SEAMWRIGHT_BAD_DISTORTION 9
+
+// `size` is not from 16 to 65536, or `padding` is more than a quarter of it.
+#define SEAMWRIGHT_BAD_SIZE 10
+
+// `rays` is not from 1 to 65536.
+#define SEAMWRIGHT_BAD_RAYS 11
+
+// `charts` or `packing` is none of their constants.
+#define SEAMWRIGHT_BAD_CHOICE 12
+
+// More scratch memory is needed. `detail`: bytes to try next, which changes no bit of the result; 0: no amount would do.
+#define SEAMWRIGHT_SCRATCH 13
+
+// The progress callback asked to stop.
+#define SEAMWRIGHT_CANCELLED 14
+
+// Faces of the atlas still overlap after all attempts; please report the mesh. `detail`: how many.
+#define SEAMWRIGHT_OVERLAP 15
+
+// A fault of this library; please report it.
+#define SEAMWRIGHT_INTERNAL 16
+
+// As many charts as hide the seams best.
+#define SEAMWRIGHT_CHARTS_FEW 0
+
+// One chart a connected piece, where the bound allows it.
+#define SEAMWRIGHT_CHARTS_ONE 1
+
+// Equal texel density, rotations, shapes in one another's gaps.
+#define SEAMWRIGHT_PACKING_TIGHT 0
+
+// One cell of a square grid a chart.
+#define SEAMWRIGHT_PACKING_GRID 1
+
+// A mesh: polygons over positions. Only read.
+typedef struct SeamwrightMesh {
+    // (vertex_count, 3), finite.
+    const double *positions;
+    // Vertices.
+    size_t vertex_count;
+    // (corner_count): the vertex of each polygon corner, polygon after polygon.
+    const uint32_t *corners;
+    // Corners of all polygons together.
+    size_t corner_count;
+    // (polygon_count + 1): the first corner of each polygon, and corner_count. NULL: all are triangles.
+    const uint32_t *polygon_start;
+    // Polygons.
+    size_t polygon_count;
+    // (corner_count, 2): UVs whose borders stay cuts; NaN: none. NULL: no such UVs.
+    const double *kept_uv;
+    // (polygon_count): a part each, whose borders become cuts. NULL: no parts.
+    const uint32_t *parts;
+} SeamwrightMesh;
+
+// Figures of any UV map. Those over nothing are NaN, energies of collapsed maps infinite.
+typedef struct SeamwrightFigures {
+    // 1 - mean angle error in radians.
+    double conformality;
+    // 1 - mean |ln| of the area error.
+    double equiareality;
+    // Area-weighted mean symmetric Dirichlet energy after the best global scale; 4 is an isometry.
+    double symmetric_dirichlet;
+    // Root mean square stretch; 1 is an isometry.
+    double stretch_l2;
+    // Largest stretch.
+    double stretch_linf;
+    // Length of the seams / sqrt(area).
+    double seam_length;
+    // Sum over seams of length x exposure, / sqrt(area); NaN without exposure.
+    double visible_seam_length;
+    // Mean exposure along seams / along all edges; NaN without exposure.
+    double seam_exposure_ratio;
+    // Overlapped texels / covered ones.
+    double overlap;
+    // Covered texels / those of the UVs' own square.
+    double utilisation;
+    // Charts.
+    size_t chart_count;
+    // Charts that are no disks.
+    size_t non_disk_charts;
+    // Triangles with a corner whose UV is not finite.
+    size_t faces_without_uv;
+    // Triangles turned against their chart, exactly.
+    size_t flipped_faces;
+    // Triangles whose interior meets another one's, exactly.
+    size_t overlapping_faces;
+    // After an error: see its code. Otherwise 0.
+    size_t detail;
+} SeamwrightFigures;
+
+// What can be asked for; `seamwright_defaults` fills it.
+typedef struct SeamwrightOptions {
+    // Bound on the mean symmetric Dirichlet energy over 4; above 1, which is an isometry.
+    double distortion;
+    // Seed of every random value.
+    uint64_t seed;
+    // Side of the texture in texels, 16 to 65536.
+    uint32_t size;
+    // Empty texels between charts, a quarter of the size at the most.
+    uint32_t padding;
+    // Exposure rays a vertex, 1 to 65536.
+    uint32_t rays;
+    // SEAMWRIGHT_CHARTS_...
+    uint32_t charts;
+    // SEAMWRIGHT_PACKING_...
+    uint32_t packing;
+    // 0.
+    uint32_t reserved;
+} SeamwrightOptions;
+
+// Where the atlas is written. After an error its contents are unspecified.
+typedef struct SeamwrightAtlas {
+    // (corner_count, 2): the UV of each corner, in [0, 1], multiples of 2^-24.
+    double *corner_uv;
+    // (polygon_count): the chart of each polygon from 0; 0xffffffff for a polygon without area.
+    uint32_t *polygon_chart;
+    // (vertex_count): 1 is open sky, 0 is never seen.
+    float *exposure;
+} SeamwrightAtlas;
+
+// What was done.
+typedef struct SeamwrightReport {
+    // Mean symmetric Dirichlet energy over 4, after the best global scale.
+    double distortion;
+    // Share of the unit square that charts cover.
+    double utilisation;
+    // Charts in the atlas.
+    size_t chart_count;
+    // Connected pieces of surface.
+    size_t piece_count;
+    // Vertices that stand where another one does.
+    size_t welded_vertices;
+    // Polygons without a triangle; they have UVs all the same.
+    size_t dropped_polygons;
+    // Edges that were cut since more than two faces meet there, or two that disagree about the outside.
+    size_t split_edges;
+    // After an error: see its code. Otherwise 0.
+    size_t detail;
+} SeamwrightReport;
+
+// One of n tasks.
+typedef void (*SeamwrightTask)(void *context, size_t index);
+
+// What the caller offers. A null pointer to it, or a null function in it, is no offer.
+typedef struct SeamwrightHost {
+    // Handed to both functions as it is.
+    void *user;
+    // `done` of `total` steps of a stage ("repair", "exposure", "seams", "pack", "check") are finished. Called on the
+    // calling thread. Any answer but 0 stops the run.
+    int32_t (*progress)(void *user, const char *stage, size_t done, size_t total);
+    // Calls `task(context, i)` exactly once for each i below count, on any threads in any order, and returns when all
+    // are done. It may be called again from within a task. The result does not depend on it.
+    void (*run)(void *user, size_t count, SeamwrightTask task, void *context);
+} SeamwrightHost;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+// The interface that the library was built with; compare it with `SEAMWRIGHT_INTERFACE`.
+uint32_t seamwright_interface(void);
+
+// The library's version, like "0.1.0".
+const char *seamwright_version(void);
+
+// A sentence for people about a code.
+const char *seamwright_message(int32_t code);
+
+// Writes how many bytes of scratch `seamwright_measure` asks for. Of the mesh it reads the counts and `polygon_start`.
+int32_t seamwright_measure_scratch(size_t *bytes,
+                                   const struct SeamwrightMesh *mesh,
+                                   uint32_t resolution);
+
+// Measures a map of `mesh`: `corner_uv` is (corner_count, 2), NaN where a corner has no UV; `exposure` is (vertex_count)
+// or NULL. `resolution`: texels a side at which overlap and utilisation are sampled, 16384 at the most, 0 for none.
+// Polygons are judged as fans from their first corner. `figures` is written after an error too.
+int32_t seamwright_measure(struct SeamwrightFigures *figures,
+                           const struct SeamwrightMesh *mesh,
+                           const double *corner_uv,
+                           const float *exposure,
+                           uint32_t resolution,
+                           uint8_t *scratch,
+                           size_t scratch_bytes);
+
+// Fills `options` with the command's defaults.
+int32_t seamwright_defaults(struct SeamwrightOptions *options);
+
+// Writes how many bytes of scratch `seamwright_unwrap` asks for. Of the mesh it reads the counts and `polygon_start`, so
+// the other pointers may be null. Some mesh may need more than this estimate: see SEAMWRIGHT_SCRATCH.
+int32_t seamwright_unwrap_scratch(size_t *bytes,
+                                  const struct SeamwrightMesh *mesh,
+                                  const struct SeamwrightOptions *options);
+
+// Makes the atlas of `mesh`: few charts, no flips, no overlaps, the bound of `options` on distortion, seams in hidden
+// places. The same mesh and options give the same bytes on every machine. `report` is written after an error too. `host`
+// may be NULL. `scratch` has any alignment and any contents. Buffers that are written share no byte with others.
+int32_t seamwright_unwrap(const struct SeamwrightAtlas *atlas,
+                          struct SeamwrightReport *report,
+                          const struct SeamwrightMesh *mesh,
+                          const struct SeamwrightOptions *options,
+                          const struct SeamwrightHost *host,
+                          uint8_t *scratch,
+                          size_t scratch_bytes);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* SEAMWRIGHT_H */

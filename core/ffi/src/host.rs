@@ -1,0 +1,69 @@
+//! The caller's functions as core's workers and progress.
+//!
+//! `unsafe` lives here: a task crosses the border as a pointer to a reference, and comes back within the same call.
+
+use crate::types::SeamwrightHost;
+use core::ffi::{CStr, c_void};
+use core::ops::ControlFlow;
+use core::ptr;
+use seamwright_core::base::progress::{Progress, Stage};
+use seamwright_core::base::workers::{Serial, Workers};
+
+/// What the caller offers, or nothing.
+pub struct Host(SeamwrightHost);
+
+impl Host {
+    /// Offers nothing.
+    pub const NONE: Self = Self(SeamwrightHost { user: ptr::null_mut(), progress: None, run: None });
+
+    pub fn new(offer: SeamwrightHost) -> Self {
+        Self(offer)
+    }
+}
+
+// SAFETY: `user` is only handed back to the caller's functions; that `run` may be called on any thread is its contract.
+unsafe impl Sync for Host {}
+
+type Task<'a> = &'a (dyn Fn(usize) + Sync);
+
+extern "C" fn call(context: *mut c_void, index: usize) {
+    // SAFETY: `run` below made it from a task that lives until all calls are done.
+    let task = unsafe { *context.cast::<Task>() };
+    task(index);
+}
+
+impl Workers for Host {
+    fn run(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
+        match self.0.run {
+            Some(run) if count > 1 => run(self.0.user, count, call, ptr::from_ref(&task).cast_mut().cast()),
+            _ => Serial.run(count, task),
+        }
+    }
+}
+
+/// The half that is told of progress: on the calling thread alone.
+pub struct Listener<'a>(pub &'a Host);
+
+impl Progress for Listener<'_> {
+    fn report(&mut self, stage: Stage, done: usize, total: usize) -> ControlFlow<()> {
+        let SeamwrightHost { user, progress, .. } = self.0.0;
+        match progress.map_or(0, |tell| tell(user, name(stage).as_ptr(), done, total)) {
+            0 => ControlFlow::Continue(()),
+            _ => ControlFlow::Break(()),
+        }
+    }
+}
+
+fn name(stage: Stage) -> &'static CStr {
+    match stage {
+        Stage::Repair => c"repair",
+        Stage::Parts => c"parts",
+        Stage::Exposure => c"exposure",
+        Stage::Learn => c"learn",
+        Stage::Cut => c"cut",
+        Stage::Flatten => c"flatten",
+        Stage::Seams => c"seams",
+        Stage::Pack => c"pack",
+        Stage::Check => c"check",
+    }
+}

@@ -1,0 +1,145 @@
+//! The structs that cross the border. Their fields' order is the interface.
+
+use core::ffi::{c_char, c_void};
+
+/// As many charts as hide the seams best.
+pub const SEAMWRIGHT_CHARTS_FEW: u32 = 0;
+/// One chart a connected piece, where the bound allows it.
+pub const SEAMWRIGHT_CHARTS_ONE: u32 = 1;
+/// Equal texel density, rotations, shapes in one another's gaps.
+pub const SEAMWRIGHT_PACKING_TIGHT: u32 = 0;
+/// One cell of a square grid a chart.
+pub const SEAMWRIGHT_PACKING_GRID: u32 = 1;
+
+/// A mesh: polygons over positions. Only read.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SeamwrightMesh {
+    /// (vertex_count, 3), finite.
+    pub positions: *const f64,
+    /// Vertices.
+    pub vertex_count: usize,
+    /// (corner_count): the vertex of each polygon corner, polygon after polygon.
+    pub corners: *const u32,
+    /// Corners of all polygons together.
+    pub corner_count: usize,
+    /// (polygon_count + 1): the first corner of each polygon, and corner_count. NULL: all are triangles.
+    pub polygon_start: *const u32,
+    /// Polygons.
+    pub polygon_count: usize,
+    /// (corner_count, 2): UVs whose borders stay cuts; NaN: none. NULL: no such UVs.
+    pub kept_uv: *const f64,
+    /// (polygon_count): a part each, whose borders become cuts. NULL: no parts.
+    pub parts: *const u32,
+}
+
+/// What can be asked for; `seamwright_defaults` fills it.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SeamwrightOptions {
+    /// Bound on the mean symmetric Dirichlet energy over 4; above 1, which is an isometry.
+    pub distortion: f64,
+    /// Seed of every random value.
+    pub seed: u64,
+    /// Side of the texture in texels, 16 to 65536.
+    pub size: u32,
+    /// Empty texels between charts, a quarter of the size at the most.
+    pub padding: u32,
+    /// Exposure rays a vertex, 1 to 65536.
+    pub rays: u32,
+    /// SEAMWRIGHT_CHARTS_...
+    pub charts: u32,
+    /// SEAMWRIGHT_PACKING_...
+    pub packing: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+/// Where the atlas is written. After an error its contents are unspecified.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SeamwrightAtlas {
+    /// (corner_count, 2): the UV of each corner, in [0, 1], multiples of 2^-24.
+    pub corner_uv: *mut f64,
+    /// (polygon_count): the chart of each polygon from 0; 0xffffffff for a polygon without area.
+    pub polygon_chart: *mut u32,
+    /// (vertex_count): 1 is open sky, 0 is never seen.
+    pub exposure: *mut f32,
+}
+
+/// What was done.
+#[repr(C)]
+#[derive(Clone, Copy, Default)]
+pub struct SeamwrightReport {
+    /// Mean symmetric Dirichlet energy over 4, after the best global scale.
+    pub distortion: f64,
+    /// Share of the unit square that charts cover.
+    pub utilisation: f64,
+    /// Charts in the atlas.
+    pub chart_count: usize,
+    /// Connected pieces of surface.
+    pub piece_count: usize,
+    /// Vertices that stand where another one does.
+    pub welded_vertices: usize,
+    /// Polygons without a triangle; they have UVs all the same.
+    pub dropped_polygons: usize,
+    /// Edges that were cut since more than two faces meet there, or two that disagree about the outside.
+    pub split_edges: usize,
+    /// After an error: see its code. Otherwise 0.
+    pub detail: usize,
+}
+
+/// Figures of any UV map. Those over nothing are NaN, energies of collapsed maps infinite.
+#[repr(C)]
+#[derive(Clone, Copy, Default)]
+pub struct SeamwrightFigures {
+    /// 1 - mean angle error in radians.
+    pub conformality: f64,
+    /// 1 - mean |ln| of the area error.
+    pub equiareality: f64,
+    /// Area-weighted mean symmetric Dirichlet energy after the best global scale; 4 is an isometry.
+    pub symmetric_dirichlet: f64,
+    /// Root mean square stretch; 1 is an isometry.
+    pub stretch_l2: f64,
+    /// Largest stretch.
+    pub stretch_linf: f64,
+    /// Length of the seams / sqrt(area).
+    pub seam_length: f64,
+    /// Sum over seams of length x exposure, / sqrt(area); NaN without exposure.
+    pub visible_seam_length: f64,
+    /// Mean exposure along seams / along all edges; NaN without exposure.
+    pub seam_exposure_ratio: f64,
+    /// Overlapped texels / covered ones.
+    pub overlap: f64,
+    /// Covered texels / those of the UVs' own square.
+    pub utilisation: f64,
+    /// Charts.
+    pub chart_count: usize,
+    /// Charts that are no disks.
+    pub non_disk_charts: usize,
+    /// Triangles with a corner whose UV is not finite.
+    pub faces_without_uv: usize,
+    /// Triangles turned against their chart, exactly.
+    pub flipped_faces: usize,
+    /// Triangles whose interior meets another one's, exactly.
+    pub overlapping_faces: usize,
+    /// After an error: see its code. Otherwise 0.
+    pub detail: usize,
+}
+
+/// One of n tasks.
+pub type SeamwrightTask = extern "C" fn(context: *mut c_void, index: usize);
+
+/// What the caller offers. A null pointer to it, or a null function in it, is no offer.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SeamwrightHost {
+    /// Handed to both functions as it is.
+    pub user: *mut c_void,
+    /// `done` of `total` steps of a stage ("repair", "exposure", "seams", "pack", "check") are finished. Called on the
+    /// calling thread. Any answer but 0 stops the run.
+    pub progress: Option<extern "C" fn(user: *mut c_void, stage: *const c_char, done: usize, total: usize) -> i32>,
+    /// Calls `task(context, i)` exactly once for each i below count, on any threads in any order, and returns when all
+    /// are done. It may be called again from within a task. The result does not depend on it.
+    pub run: Option<extern "C" fn(user: *mut c_void, count: usize, task: SeamwrightTask, context: *mut c_void)>,
+}
