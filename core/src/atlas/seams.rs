@@ -40,7 +40,7 @@ pub struct Budget {
     pub distortion: f64,
     /// Whether a chart may be bulky: where charts are parts, a part should be one.
     pub bulky: bool,
-    /// Whether a piece stays one chart.
+    /// Whether a piece stays one chart; larger ones than can be walled only become few.
     pub whole: bool,
 }
 
@@ -156,7 +156,8 @@ pub fn make_charts(
     let faces = surface.mesh.faces.len();
     let large = faces > PROXY_FROM;
     // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
-    let surface = &Surface { stays_whole: budget.whole && !large, ..*surface };
+    let budget = Budget { whole: budget.whole && !large, ..budget };
+    let surface = &Surface { stays_whole: budget.whole, ..*surface };
     if !large || !cut_by_proxy(cut, surface, budget, scratch.frame(), workers, proceed)? {
         cut.fill(0);
         cut_to_disks(cut, surface, scratch.frame())?;
@@ -180,7 +181,7 @@ pub fn make_charts(
         }
     }
     search.cap(budget.distortion, scratch.frame())?;
-    if !large && !budget.whole {
+    if !large {
         search.zip(budget, scratch.frame())?;
     }
     search.concentrate(budget.distortion, scratch.frame())?;

@@ -8,6 +8,7 @@
 //! - `clearance`: the exact check of distances between borders
 
 mod board;
+mod body;
 mod clearance;
 mod field;
 mod fill;

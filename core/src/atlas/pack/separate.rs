@@ -8,10 +8,11 @@
 //! after Egeblad, Nielsen, Odgaard 2007. The result counts only if the exact check confirms it.
 //! Limits: a local search; work is bounded by look-ups, so more charts get fewer tries each.
 
+use super::body::{Body, one_way};
+use super::clearance;
 use super::field::{self, Fields};
 use super::layout::{Gap, Pose, Settings};
 use super::outline::{self, Outlines};
-use super::{clearance, field::Shape};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::vector::wide;
 use crate::base::workers::{Workers, for_each_chunk};
@@ -107,25 +108,6 @@ pub(super) fn improve(
         }
     }
     Ok(())
-}
-
-/// A chart's pose while it moves.
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-struct Body {
-    at: Vec2,
-    turn: Vec2,
-    angle: f64,
-}
-
-impl Body {
-    fn new(pose: &Pose) -> Self {
-        Self { at: pose.at.as_vec2(), turn: outline::turn(pose.angle).as_vec2(), angle: pose.angle }
-    }
-
-    fn pose(&self) -> Pose {
-        Pose { angle: self.angle, at: self.at.as_dvec2() }
-    }
 }
 
 /// One search.
@@ -477,32 +459,4 @@ impl Lane<'_> {
         self.work += (work_a + work_b) as f64;
         (first + second) * self.fields.spacing
     }
-}
-
-/// How deep the border points of `a` lie in `b` grown by `gap`; and the look-ups it took.
-#[inline(always)]
-fn one_way(fields: &Fields, a: &Shape, body_a: &Body, b: &Shape, body_b: &Body, gap: f32, limit: f32) -> (f32, u32) {
-    let back = Vec2::new(body_b.turn.x, -body_b.turn.y);
-    let turn = back.rotate(body_a.turn);
-    let shift = back.rotate(body_a.at - body_b.at);
-    let (mut sum, mut work) = (0.0, 4);
-    for group in fields.groups_of(a) {
-        work += 1;
-        if fields.distance_at_least(b, turn.rotate(group.centre) + shift) >= gap + group.radius {
-            continue;
-        }
-        for run in &fields.runs[group.first as usize..][..group.count as usize] {
-            work += 1;
-            if fields.distance_at_least(b, turn.rotate(run.centre) + shift) >= gap + run.radius {
-                continue;
-            }
-            let points = &fields.points[run.first as usize..][..run.count as usize];
-            sum += fields.depth(b, points, turn, shift, gap);
-            work += run.count;
-        }
-        if sum > limit {
-            break;
-        }
-    }
-    (sum, work)
 }
