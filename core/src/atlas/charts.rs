@@ -79,8 +79,8 @@ struct Job<'j> {
     x: &'j mut [DVec2],
     at: &'j mut [DVec3],
     inner: usize,
-    border: &'j [u32],      // corners whose half-edges are the border, in order
-    walls: &'j [[u32; 2]],  // border edges that are kept apart
+    border: &'j [[u32; 2]], // border edges from node to node, in order
+    walls: &'j [[u32; 2]],  // those that are kept apart: all or none
     beside: &'j [[u32; 3]], // neighbours of each triangle, where there are no inner nodes
     scratch: Option<Scratch<'j>>,
     result: Result<Relaxed, ScratchTooSmall>,
@@ -166,7 +166,6 @@ pub fn job_need(faces: usize) -> usize {
         + bytes_for::<DVec2>(nodes)
         + bytes_for::<DVec3>(nodes)
         + bytes_for::<[u32; 3]>(faces)
-        + 2 * bytes_for::<u32>(nodes)
         + bytes_for::<[u32; 2]>(nodes)
         + relax_need(nodes, faces, 3 * faces)
 }
@@ -212,17 +211,16 @@ fn take_out<'j>(
             at[n as usize] = surface.mesh.position(c as u32);
         }
     }
-    let border = scratch.take::<u32>(count as usize - inner)?;
+    let border = scratch.take::<[u32; 2]>(count as usize - inner)?;
+    let mut sides = 0;
     if let Some(first) = corners().find(|c| surface.is_open(cut, *c)) {
-        for (slot, c) in border.iter_mut().zip(surface.border(cut, first)) {
-            *slot = 3 * local_face(faces, c / 3) + c % 3;
+        for (edge, c) in border.iter_mut().zip(surface.border(cut, first)) {
+            *edge = [c, next(c)].map(|c| local[node[c as usize] as usize]);
+            sides += 1;
         }
     }
-    let walls = scratch.take::<[u32; 2]>(if surface.stays_whole { border.len() } else { 0 })?;
-    for (wall, c) in walls.iter_mut().zip(border.iter()) {
-        let t = triangles[(c / 3) as usize];
-        *wall = [t[(c % 3) as usize], t[(c % 3 + 1) as usize % 3]];
-    }
+    let border = &border[..sides];
+    let walls = if surface.stays_whole { border } else { &[] };
     let beside = scratch.take_filled::<[u32; 3]>(if inner == 0 { faces.len() } else { 0 }, [NONE; 3])?;
     for (b, f) in beside.iter_mut().zip(faces) {
         for i in 0..3 {

@@ -51,30 +51,27 @@ pub fn unfold(
 }
 
 /// Writes `x`: the border on a circle of the piece's area by arc length, nodes `0..inner` at the balance of springs of
-/// stiffness 1 / length. `border` lists the corners (3 triangle + i) whose half-edges are the border, in order; its nodes
-/// are `inner..`.
+/// stiffness 1 / length. `border` lists the border edges from node to node, in order; its nodes are `inner..`.
 pub fn tutte(
     x: &mut [DVec2],
     piece: &Piece,
     inner: usize,
-    border: &[u32],
+    border: &[[u32; 2]],
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
-    let node = |c: u32| piece.triangles[(c / 3) as usize][(c % 3) as usize];
-    let after = |c: u32| piece.triangles[(c / 3) as usize][((c + 1) % 3) as usize];
     let length = |a: u32, b: u32| {
         let d = piece.at[a as usize] - piece.at[b as usize];
         sqrt(d.dot(d)).max(1e-12)
     };
     let area: f64 = piece.rest.iter().map(|r| r.area).sum();
-    let total: f64 = border.iter().map(|c| length(node(*c), after(*c))).sum();
+    let total: f64 = border.iter().map(|[a, b]| length(*a, *b)).sum();
     let radius = sqrt(area / core::f64::consts::PI);
     let mut along = 0.0;
-    for c in border {
+    for [a, b] in border {
         let angle = along / total * core::f64::consts::TAU;
-        x[node(*c) as usize] = DVec2::new(cos(angle), sin(angle)) * radius;
-        along += length(node(*c), after(*c));
+        x[*a as usize] = DVec2::new(cos(angle), sin(angle)) * radius;
+        along += length(*a, *b);
     }
     if inner == 0 {
         return Ok(());

@@ -1,18 +1,15 @@
 //! Times one training step of the learned map on an OBJ: every vertex, every published loss, AdamW.
 //!
-//! `learn_step [--width N] [--code N] [--threads N] [--steps N] [--path plain|avx2|avx512|neon] [--products] [--train PRESET] FILE.obj`
+//! `learn_step [--width N] [--code N] [--threads N] [--steps N] [--path plain|avx2|avx512|neon] [--train PRESET] FILE.obj`
 //! prints seconds a step, the best and the median of N after two that do not count, and the mean processor time of all
-//! threads, which other programs on the machine disturb less. `--products` times matrix products and, as their bound, fused
-//! multiply-adds that stay in registers (by `unsafe`: instructions found at run time)
-//! instead, `--train` a whole training by a preset, with its losses. See tests/bench/learn_step.py for PyTorch.
+//! threads, which other programs on the machine disturb less. `--train` times a whole training by a preset instead, with its
+//! losses. See tests/bench/learn_step.py for PyTorch, tests/bench/products for matrix products alone.
 
 use seamwright::threads::Pool;
-use seamwright_core::base::random::unit_f32;
 use seamwright_core::base::scratch::Scratch;
-use seamwright_core::base::workers::Serial;
 use seamwright_core::learn::adamw;
 use seamwright_core::learn::backbone::{Widths, initialise};
-use seamwright_core::learn::kernels::{Finish, Matrix, Path, Shape, Start, product};
+use seamwright_core::learn::kernels::Path;
 use seamwright_core::learn::losses::{Loss, LossWeights};
 use seamwright_core::learn::train::{Input, Output, Sample, Settings, Unwatched, train, train_need};
 use seamwright_tests::learned::{Learned, Surface};
@@ -21,7 +18,7 @@ use std::{env, error::Error, time::Instant};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (mut width, mut code, mut threads, mut steps) = (512, 64, 2, 5);
-    let (mut path, mut file, mut products, mut preset) = (Path::best(), None, false, None);
+    let (mut path, mut file, mut preset) = (Path::best(), None, None);
     let mut args = env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut value = || args.next().ok_or(format!("{arg} needs a value"));
@@ -39,14 +36,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                     other => return Err(format!("--path {other}: plain, avx2, avx512 or neon").into()),
                 }
             }
-            "--products" => products = true,
             "--train" => preset = Some(value()?),
             _ => file = Some(arg),
         }
-    }
-    if products {
-        time_products(path);
-        return Ok(());
     }
     let surface = surface(&file.ok_or("a mesh to train on is missing")?);
     let pool = Pool::new(Some(threads))?;
@@ -105,62 +97,6 @@ fn surface(file: &str) -> Surface {
         normals: normals.iter().flat_map(|n| n.normalize_or_zero().to_array()).collect(),
         faces: faces.concat(),
     }
-}
-
-/// GFLOP/s on one thread, best of several runs.
-fn time_products(path: Path) {
-    for (rows, columns, depth) in [(2048, 512, 512), (2048, 128, 128), (2048, 64, 64), (64, 64, 64), (512, 512, 2930)] {
-        let shape = Shape { rows, columns, depth };
-        let values = |n: usize, s| (0..n as u64).map(|i| unit_f32(1, s, i) - 0.5).collect::<Vec<f32>>();
-        let (a, b) = (values(rows * depth, 1), values(depth * columns, 2));
-        let (mut c, mut packed) = (vec![0.0; rows * columns], vec![0.0; shape.packed()]);
-        let flops = 2.0 * (rows * columns * depth) as f64;
-        let repeats = (2e9 / flops).clamp(3.0, 2000.0) as usize;
-        let mut speed = [0.0f64; 3];
-        for _ in 0..5 {
-            let (x, y) = (Matrix::new(&a, depth), Matrix::new(&b, columns));
-            let (xt, yt) = (Matrix::new(&a, rows).transposed(), Matrix::new(&b, depth).transposed());
-            for (speed, (x, y)) in speed.iter_mut().zip([(x, yt), (x, y), (xt, y)]) {
-                let start = Instant::now();
-                for _ in 0..repeats {
-                    product(&mut c, shape, x, y, Start::Zero, Finish::Nothing, &mut packed, path, &Serial);
-                }
-                *speed = speed.max(flops * repeats as f64 / start.elapsed().as_secs_f64() / 1e9);
-            }
-        }
-        let [forward, inputs, weights] = speed;
-        println!("{rows}x{columns}x{depth}: X W^T {forward:.1}, dY W {inputs:.1}, dY^T X {weights:.1} GFLOP/s");
-    }
-    #[cfg(target_arch = "x86_64")]
-    if Path::Avx2.is_available() {
-        println!(
-            "fused multiply-adds of registers, AVX2: {:.1} GFLOP/s",
-            (0..5).map(|_| registers()).fold(0.0, f64::max)
-        );
-    }
-}
-
-/// GFLOP/s of 12 independent sums of 8 lanes that never leave their registers: the bound of every product by AVX2.
-#[cfg(target_arch = "x86_64")]
-fn registers() -> f64 {
-    use std::arch::x86_64::{_mm256_fmadd_ps, _mm256_set1_ps};
-    use std::hint::black_box;
-
-    const SUMS: usize = 12;
-    #[target_feature(enable = "avx2,fma")]
-    fn sums(steps: usize) {
-        let (x, y) = (_mm256_set1_ps(black_box(0.999)), _mm256_set1_ps(black_box(1e-3)));
-        let mut sums = [_mm256_set1_ps(black_box(1.0)); SUMS];
-        for _ in 0..steps {
-            sums.iter_mut().for_each(|sum| *sum = _mm256_fmadd_ps(*sum, x, y));
-        }
-        black_box(sums);
-    }
-    let steps = 4_000_000;
-    let start = Instant::now();
-    // SAFETY: the caller has found the instructions.
-    unsafe { sums(black_box(steps)) };
-    (steps * SUMS * 16) as f64 / start.elapsed().as_secs_f64() / 1e9
 }
 
 /// Trains by a preset; prints the losses on the way, wall and processor seconds, and the share of seam vertices.
