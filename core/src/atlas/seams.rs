@@ -22,7 +22,7 @@ use super::slide::Slides;
 use super::split::split_overlaps;
 use super::surface::Surface;
 use super::transfer::{transfer, transfer_need};
-use super::zip::{Goal, zip, zip_need};
+use super::zip::{Goal, Which, zip, zip_need};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
@@ -75,7 +75,7 @@ const GLUE_TO: f64 = 0.97;
 /// Distortion below the bound to which zipping goes: as near as gluing at 1.025.
 const ZIP_RESERVE: f64 = 7.5e-4;
 /// It is at most this share of what the bound allows, for angles and areas at tight bounds.
-const ZIP_RESERVE_SHARE: f64 = 0.22;
+const ZIP_RESERVE_SHARE: f64 = 0.27;
 /// Most excess of a glued chart over what the bound allows on the mean.
 const OWN_EXCESS: f64 = 12.0;
 /// And its mean energy over 4, less 1, whatever the bound.
@@ -130,7 +130,7 @@ pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let growing = 12 * bytes_for::<f64>(vertices) + 12 * bytes_for::<u32>(vertices) + bytes_for::<[u64; 2]>(corners);
     let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
     let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
-    let zipping = if faces <= PROXY_FROM { zip_need(faces, vertices) + splitting.max(jobs) } else { 0 };
+    let zipping = zip_need(faces, vertices) + splitting.max(jobs);
     let direct = lists + growing.max(splitting).max(zipping).max(jobs).max(glue_need(faces)).max(compact_need(faces));
     if faces <= PROXY_FROM {
         return direct;
@@ -182,10 +182,12 @@ pub fn make_charts(
     }
     search.cap(budget.distortion, scratch.frame())?;
     if !large {
-        search.zip(budget, scratch.frame())?;
+        search.zip(budget, Which::All, scratch.frame())?;
     }
+    search.zip(budget, Which::Slivers, scratch.frame())?;
     search.concentrate(budget.distortion, scratch.frame())?;
-    search.cap(budget.distortion, scratch.frame())
+    search.cap(budget.distortion, scratch.frame())?;
+    search.zip(budget, Which::Slivers, scratch) // those that the last two have made
 }
 
 /// A surface on its way to an atlas.
@@ -293,13 +295,13 @@ impl Search<'_> {
     }
 
     /// Takes out cuts that the bound does not need.
-    fn zip(&mut self, budget: Budget, scratch: Scratch) -> Result<(), SeamError> {
+    fn zip(&mut self, budget: Budget, which: Which, scratch: Scratch) -> Result<(), SeamError> {
         if !(self.proceed)() {
             return Err(SeamError::Stopped);
         }
         let bound = budget.distortion;
         let distortion = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
-        let goal = Goal { distortion, worst: 4.0 * most_distorted(bound), bulky: budget.bulky };
+        let goal = Goal { distortion, worst: 4.0 * most_distorted(bound), bulky: budget.bulky, which };
         zip(self.uv, self.cut, self.surface, goal, scratch, self.workers)?;
         Ok(())
     }

@@ -4,7 +4,8 @@
 //! cut graph whose absence leaves disks (a slit with a free end, or a path between two charts) may be taken out: its chart
 //! is flattened anew, and the path stays out where nothing overlaps, the bound holds, and the hull grows by no more area
 //! than splitting bulky charts would pay for it. What costs most to be seen comes first, over the energy that closing adds,
-//! which goes with the squared gap between the two sides.
+//! which goes with the squared gap between the two sides. Slivers, charts too small to paint on, are joined to a neighbour
+//! wherever that holds, whatever the hull.
 //! Guarantee: disks stay disks, without flips or overlaps; the distortion stays within the goal if it was.
 //! Cost: at most [`TRIES`] flattenings of one chart.
 
@@ -34,6 +35,19 @@ const REACH: f64 = 4.0;
 const CHEAP: f64 = 0.1;
 /// Newton steps of a trial.
 const STOP: Stop = Stop { steps: 30, tolerance: 1e-3 };
+/// A chart below this share of all area is a sliver: 32 texels square of 1024.
+const SLIVER: f64 = 1e-3;
+/// Slivers are not joined to charts of more faces: each trial would take seconds.
+const MOST_FACES: u32 = 10_000;
+
+/// Which paths may be taken out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// All.
+    All,
+    /// Those between a sliver and another chart.
+    Slivers,
+}
 
 /// What zipping may do.
 #[derive(Clone, Copy)]
@@ -44,6 +58,8 @@ pub struct Goal {
     pub worst: f64,
     /// Whether a chart may become bulky.
     pub bulky: bool,
+    /// Which paths are tried.
+    pub which: Which,
 }
 
 /// A path of the cut graph between two nodes.
@@ -61,7 +77,8 @@ pub const fn zip_need(faces: usize, vertices: usize) -> usize {
     8 * bytes_for::<u32>(3 * faces)
         + bytes_for::<DVec2>(3 * faces)
         + bytes_for::<Path>(3 * faces)
-        + 5 * bytes_for::<u32>(faces + 2)
+        + 6 * bytes_for::<u32>(faces + 2)
+        + bytes_for::<f64>(faces)
         + bytes_for::<u32>(vertices)
 }
 
@@ -99,7 +116,7 @@ pub fn zip(
             path.iter().for_each(|c| surface.set_cut(cut, *c, false));
             let sound = close(uv, cut, path[0] / 3, surface, frame.frame(), workers)?;
             let more = hulls(ends, uv, cut, surface, frame.frame())? - before;
-            let compact = goal.bulky || more <= HULL_PRICE * p.saved * total;
+            let compact = goal.bulky || goal.which == Which::Slivers || more <= HULL_PRICE * p.saved * total;
             let within = distortion(uv, surface.rest) <= goal.distortion && worst(uv, surface.rest) <= cap;
             if sound && compact && within {
                 zipped += 1;
@@ -172,7 +189,13 @@ fn find_paths<'a>(
     let paths = keep.take::<Path>(list.len())?;
     let chart = keep.take::<u32>(surface.mesh.faces.len())?;
     let queue = keep.take::<u32>(surface.mesh.faces.len())?;
-    surface.charts(cut, chart, queue);
+    let charts = surface.charts(cut, chart, queue);
+    let sizes = keep.take::<u32>(charts)?;
+    let areas = keep.take::<f64>(charts)?;
+    for (k, r) in chart.iter().zip(surface.rest) {
+        sizes[*k as usize] += 1;
+        areas[*k as usize] += r.area;
+    }
     let degree = keep.take::<u32>(surface.mesh.positions.len())?;
     for c in (0..cut.len() as u32).filter(|c| cut[*c as usize] != 0) {
         degree[surface.mesh.vertex(c) as usize] += 1;
@@ -199,10 +222,21 @@ fn find_paths<'a>(
         }
         let path = &list[begin..len];
         let (from, to) = (surface.mesh.vertex(first), far_end(surface, path[path.len() - 1]));
-        let slit = chart[(first / 3) as usize] == chart[(surface.twin[first as usize] / 3) as usize];
-        let goes = from != to && if slit { is_free(from) != is_free(to) } else { !is_free(from) && !is_free(to) };
+        let sides = [first, surface.twin[first as usize]].map(|c| chart[(c / 3) as usize] as usize);
+        let slit = sides[0] == sides[1];
+        let goes = if slit {
+            from != to && is_free(from) != is_free(to)
+        } else {
+            !is_free(from) && !is_free(to) && (from != to || encloses(path, cut, surface))
+        };
         let is_failed = |c: &u32| failed[*c as usize] != 0 || failed[surface.twin[*c as usize] as usize] != 0;
-        if !goes || path.iter().any(is_failed) {
+        let joins_sliver = || {
+            !slit
+                && sides.iter().any(|k| areas[*k] < SLIVER * total)
+                && sides.iter().map(|k| sizes[*k]).sum::<u32>() <= MOST_FACES
+        };
+        let wanted = goal.which == Which::All || joins_sliver();
+        if !goes || !wanted || path.iter().any(is_failed) {
             continue;
         }
         let cost: f64 = path.iter().map(|c| surface.cost[*c as usize]).sum();
@@ -212,7 +246,7 @@ fn find_paths<'a>(
         if gap > REACH * spare {
             continue;
         }
-        if !slit && !goal.bulky {
+        if !slit && !goal.bulky && goal.which == Which::All {
             // What the hull will be is seen before anything is flattened.
             let (left, right) =
                 (border(first, uv, cut, surface), || border(surface.twin[first as usize], uv, cut, surface));
@@ -229,6 +263,13 @@ fn find_paths<'a>(
     let paths = &mut paths[..count];
     paths.sort_unstable_by(|a, b| b.score.total_cmp(&a.score).then(a.first.cmp(&b.first)));
     Ok((list, paths))
+}
+
+/// Whether a path that ends where it begins is the whole border of the chart on one of its sides.
+fn encloses(path: &[u32], cut: &[u8], surface: &Surface) -> bool {
+    let (first, last) = (path[0], path[path.len() - 1]);
+    let across = |c: u32| surface.twin[c as usize];
+    surface.following(cut, last) == first || surface.following(cut, across(first)) == across(last)
 }
 
 /// A rigid motion of the left side of a path.
@@ -292,33 +333,34 @@ mod tests {
     use std::vec;
     use std::vec::Vec;
 
-    const SIDE: u32 = 4;
-
-    /// A square of 4 x 4 cells whose middle vertex is lifted, cut along the middle line up to column `to` and flattened.
+    /// A square of cells whose middle vertex is lifted, cut along the middle line up to column `to` and flattened.
     #[derive(Clone, Copy)]
     struct Square {
+        side: u32,
         lift: f64,
         to: u32,
+        ring: bool,  // whether the cell above the middle line that begins at `to` is cut out
         notch: bool, // whether the cells beyond the middle on both axes are missing
         cost: f64,   // of a cut, over its length
     }
 
-    const PLANE: Square = Square { lift: 0.0, to: 2, notch: false, cost: 1.0 };
-    const LOOSE: Goal = Goal { distortion: 1.5, worst: f64::INFINITY, bulky: false };
+    const PLANE: Square = Square { side: 4, lift: 0.0, to: 2, ring: false, notch: false, cost: 1.0 };
+    const LOOSE: Goal = Goal { distortion: 1.5, worst: f64::INFINITY, bulky: false, which: Which::All };
 
     /// What [`zip`] answers, and the cut edges before and after.
     fn zip_square(square: Square, goal: Goal, bytes: &mut [u8]) -> (Result<usize, ScratchTooSmall>, usize, usize) {
-        let n = SIDE + 1;
+        let (n, half) = (square.side + 1, square.side / 2);
         let at = |v: u32| {
             let z = if v == n * n / 2 { square.lift } else { 0.0 };
             DVec3::new(f64::from(v % n), f64::from(v / n), z)
         };
         let positions: Vec<DVec3> = (0..n * n).map(at).collect();
-        let cells = (0..SIDE * SIDE).filter(|i| !square.notch || i / SIDE < 2 || i % SIDE < 2);
-        let corners = cells.map(|i| i / SIDE * n + i % SIDE);
+        let cells = (0..square.side * square.side)
+            .filter(|i| !square.notch || i / square.side < half || i % square.side < half);
+        let corners = cells.map(|i| i / square.side * n + i % square.side);
         let faces: Vec<[u32; 3]> = corners.flat_map(|v| [[v, v + 1, v + n + 1], [v, v + n + 1, v + n]]).collect();
         let mesh = MeshView { positions: &positions, faces: &faces };
-        let mut memory = vec![0; 1 << 20];
+        let mut memory = vec![0; 1 << 22];
         let mut keep = Scratch::new(&mut memory);
         let mut twin = vec![0; 3 * faces.len()];
         twins(&mut twin, mesh, keep.frame()).unwrap();
@@ -329,7 +371,11 @@ mod tests {
         let mut cut = vec![0; 3 * faces.len()];
         for c in 0..cut.len() as u32 {
             let (p, q) = (mesh.position(c), mesh.position(next(c)));
-            if p.y == 2.0 && q.y == 2.0 && p.x.max(q.x) <= f64::from(square.to) {
+            let (low, at) = (f64::from(half), f64::from(square.to));
+            let on_line = p.y == low && q.y == low && p.x.max(q.x) <= at;
+            let side =
+                p.x.min(q.x) >= at && p.x.max(q.x) <= at + 1.0 && p.y.min(q.y) >= low && p.y.max(q.y) <= low + 1.0;
+            if on_line || square.ring && side && (p.x == q.x || p.y == q.y) {
                 surface.set_cut(&mut cut, c, true);
             }
         }
@@ -366,6 +412,16 @@ mod tests {
         assert_eq!(zip_square(arms, LOOSE, &mut bytes), (Ok(0), 2, 2));
         assert_eq!(zip_square(arms, Goal { bulky: true, ..LOOSE }, &mut bytes), (Ok(1), 2, 0));
         assert_eq!(zip_square(Square { cost: 100.0, ..arms }, LOOSE, &mut bytes), (Ok(1), 2, 0));
+    }
+
+    #[test]
+    fn a_sliver_at_the_end_of_a_slit_is_joined_and_the_slit_stays() {
+        let (slivers, mut bytes) = (Goal { which: Which::Slivers, ..LOOSE }, vec![0; 1 << 25]);
+        let square = Square { side: 34, to: 3, ring: true, ..PLANE };
+        assert_eq!(zip_square(square, slivers, &mut bytes), (Ok(1), 7, 3));
+        // A cell of 64 is none.
+        assert_eq!(zip_square(Square { side: 8, ..square }, slivers, &mut bytes), (Ok(0), 7, 7));
+        assert_eq!(zip_square(Square { ring: false, ..square }, slivers, &mut bytes), (Ok(0), 3, 3));
     }
 
     #[test]
