@@ -1,18 +1,20 @@
 """Packs the charts of UV-mapped OBJs with other packers and prints how full the unit square is.
 
-    python pack_peers.py [--blender] [--ours DIR] FILE.obj...
+    python3 pack_peers.py [--uvunwrap PATH_TO_ITS_unwrap_EXAMPLE] [--ours DIR] FILE.obj...
+    blender --background --python pack_peers.py -- --blender FILE.obj...
 
 The same charts and the same measure as `pack_bench`: charts by UV connectivity, scaled to their area in 3D and turned
 over where mirrored; the share of texel centres of a square of 1024 that charts cover after fitting their common box into
-it; padding 2. Needs numpy, and of the peers what is to run: `pip install xatlas uvunwrap`, and for --blender `bpy`.
-xatlas: brute force with rotation (it may also mirror charts). uvunwrap: repacks existing UVs; a chart that it finds
-unusable it unwraps anew, so its number of charts is printed. Blender: pack islands, concave shapes, any rotation,
-margin as a fraction of the square. --ours measures files of the same name in DIR (`pack_bench --out DIR`).
+it; padding 2. Needs numpy, and `pip install xatlas` unless Blender runs it. xatlas: brute force with rotation (it may
+also mirror charts). uvunwrap: repacks existing UVs; a chart that it finds unusable it unwraps anew, so its number of
+charts is printed. Blender: pack islands with rotation, margin as a fraction of the square, from 3.6 on concave shapes. --ours
+measures files of the same name in DIR (`pack_bench --out DIR`).
 """
-import argparse, os, sys, time
+import argparse, os, resource, subprocess, sys, tempfile, time
 import numpy as np
 
 SIZE, PADDING = 1024, 2
+UVUNWRAP = None
 
 
 def load(path):
@@ -95,14 +97,15 @@ def by_xatlas(pos, uv, fv, ft):
 
 
 def by_uvunwrap(pos, uv, fv, ft):
-    import uvunwrap
-    points = np.zeros((len(uv), 3))
-    points[ft.ravel()] = pos[fv.ravel()]
-    mesh = uvunwrap.Mesh(points.astype(np.float32), ft.astype(np.uint32), existing_uvs=uv.astype(np.float32))
-    atlas = uvunwrap.generate([mesh], page_size=SIZE, padding=PADDING)
-    out = atlas.meshes[0]
-    uv = np.asarray(out.uv, float).reshape(-1, 2)
-    return fill(uv, np.asarray(out.indices).reshape(-1, 3).astype(int)), atlas.chart_count
+    with tempfile.TemporaryDirectory() as folder:
+        before, after = os.path.join(folder, "a.obj"), os.path.join(folder, "b")
+        with open(before, "w") as f:
+            f.writelines("v {} {} {}\n".format(*p) for p in pos)
+            f.writelines("vt {} {}\n".format(*t) for t in uv - uv.min(0))
+            f.writelines("f " + " ".join(f"{v + 1}/{t + 1}" for v, t in zip(a, b)) + "\n" for a, b in zip(fv, ft))
+        subprocess.run([UVUNWRAP, before, after, "--keep-uvs"], check=True, capture_output=True)
+        _, tex, _, faces = load(after + ".obj")
+    return fill(tex, faces), len(np.unique(charts_of(faces, len(tex))))
 
 
 def by_blender(pos, uv, fv, ft):
@@ -122,8 +125,10 @@ def by_blender(pos, uv, fv, ft):
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="SELECT")
     bpy.ops.uv.select_all(action="SELECT")
-    bpy.ops.uv.pack_islands(rotate=True, rotate_method="ANY", scale=True, margin_method="FRACTION",
-                            margin=PADDING / SIZE, shape_method="CONCAVE")
+    wanted = {"rotate": True, "rotate_method": "ANY", "scale": True, "margin_method": "FRACTION",
+              "margin": PADDING / SIZE, "shape_method": "CONCAVE"}
+    known = bpy.ops.uv.pack_islands.get_rna_type().properties.keys()
+    bpy.ops.uv.pack_islands(**{k: v for k, v in wanted.items() if k in known})
     bpy.ops.object.mode_set(mode="OBJECT")
     out = np.zeros(len(mesh.loops) * 2, np.float32)
     mesh.uv_layers[0].data.foreach_get("uv", out)
@@ -135,19 +140,21 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+")
     parser.add_argument("--blender", action="store_true")
+    parser.add_argument("--uvunwrap")
     parser.add_argument("--ours")
-    parser.add_argument("--only")
-    args = parser.parse_args()
-    peers = {"xatlas": by_xatlas, "uvunwrap": by_uvunwrap, **({"blender": by_blender} if args.blender else {})}
-    peers = {k: v for k, v in peers.items() if args.only in (None, k)}
+    args = parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else sys.argv[1:])
+    UVUNWRAP = args.uvunwrap
+    peers = {"blender": by_blender} if args.blender else {"xatlas": by_xatlas}
+    peers |= {"uvunwrap": by_uvunwrap} if UVUNWRAP else {}
+    spent = lambda: sum(resource.getrusage(w).ru_utime for w in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     for path in args.files:
         pos, tex, fv, ft = load(path)
         uv, row = natural(pos, tex, fv, ft), [f"{os.path.basename(path):<28}"]
         for name, run in peers.items():
-            start = time.process_time()
+            start = spent()
             try:
                 full, count = run(pos, uv, fv, ft)
-                row.append(f"{name} {full:.4f} ({count} charts, {time.process_time() - start:.1f} s)")
+                row.append(f"{name} {full:.4f} ({count} charts, {spent() - start:.1f} s)")
             except Exception as error:
                 row.append(f"{name} failed: {error}")
         if args.ours:

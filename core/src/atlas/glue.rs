@@ -47,6 +47,8 @@ pub struct Limits {
     pub spare: f64,
     /// Most mean energy of a glued chart: 4 is an isometry.
     pub own: f64,
+    /// Most energy of a face of a glued chart.
+    pub worst: f64,
     /// Whether charts of any size are glued: a piece should be one chart.
     pub one: bool,
 }
@@ -177,7 +179,7 @@ fn try_chart(
         let before = trial.energy();
         trial.fit(uv, run.count, &edge, surface, frame.frame())?;
         let (after, area) = (trial.energy(), trial.rest.iter().map(|r| r.area).sum::<f64>());
-        let cheap = after <= limits.own * area && after - before <= limits.spare;
+        let cheap = after <= limits.own * area && after - before <= limits.spare && trial.worst() <= limits.worst;
         let fits = cheap && !trial.overlaps(uv, homes.faces(into));
         if fits {
             trial.write(uv);
@@ -271,6 +273,12 @@ impl<'t> Trial<'t> {
     fn energy(&self) -> f64 {
         let of_face = |(t, r): (&[u32; 3], &super::energy::Rest)| r.area * r.energy(t.map(|i| self.x[i as usize]));
         self.triangles.iter().zip(self.rest.iter()).map(of_face).sum()
+    }
+
+    /// Most energy of a face.
+    fn worst(&self) -> f64 {
+        let of_face = |(t, r): (&[u32; 3], &super::energy::Rest)| r.energy(t.map(|i| self.x[i as usize]));
+        self.triangles.iter().zip(self.rest.iter()).map(of_face).fold(0.0, f64::max)
     }
 
     /// Lays the chart beside its neighbour and relaxes it there.

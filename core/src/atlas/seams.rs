@@ -130,7 +130,7 @@ pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let growing = 12 * bytes_for::<f64>(vertices) + 12 * bytes_for::<u32>(vertices) + bytes_for::<[u64; 2]>(corners);
     let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
     let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
-    let zipping = zip_need(faces, vertices) + splitting.max(jobs);
+    let zipping = if faces <= PROXY_FROM { zip_need(faces, vertices) + splitting.max(jobs) } else { 0 };
     let direct = lists + growing.max(splitting).max(zipping).max(jobs).max(glue_need(faces)).max(compact_need(faces));
     if faces <= PROXY_FROM {
         return direct;
@@ -183,11 +183,12 @@ pub fn make_charts(
     search.cap(budget.distortion, scratch.frame())?;
     if !large {
         search.zip(budget, Which::All, scratch.frame())?;
+        search.zip(budget, Which::Slivers, scratch.frame())?;
     }
-    search.zip(budget, Which::Slivers, scratch.frame())?;
     search.concentrate(budget.distortion, scratch.frame())?;
     search.cap(budget.distortion, scratch.frame())?;
-    search.zip(budget, Which::Slivers, scratch) // those that the last two have made
+    // Slivers that the last two have made.
+    if large { search.glue_once(budget, scratch).map(|_| ()) } else { search.zip(budget, Which::Slivers, scratch) }
 }
 
 /// A surface on its way to an atlas.
@@ -261,20 +262,25 @@ impl Search<'_> {
 
     /// Glues small charts to neighbours as far as the budget allows.
     fn glue(&mut self, budget: Budget, mut scratch: Scratch) -> Result<(), SeamError> {
-        let area: f64 = self.surface.rest.iter().map(|r| r.area).sum();
-        let bound = budget.distortion;
         for _ in 0..GLUINGS {
-            let spare = 4.0 * area * (1.0 + GLUE_TO * (bound - 1.0) - self.distortion());
-            let own = 4.0 + 4.0 * (OWN_EXCESS * (bound - 1.0)).min(MOST_EXCESS);
-            self.changed.fill(0);
-            let limits = Limits { spare, own, one: budget.bulky };
-            if glue_small(self.uv, self.cut, self.changed, self.surface, limits, scratch.frame())? == 0 {
+            if self.glue_once(budget, scratch.frame())? == 0 {
                 break;
             }
             self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
             self.part_overlaps(scratch.frame())?;
         }
         Ok(())
+    }
+
+    /// Glues small charts to neighbours, which stay as they are; returns how many.
+    fn glue_once(&mut self, budget: Budget, scratch: Scratch) -> Result<usize, SeamError> {
+        let area: f64 = self.surface.rest.iter().map(|r| r.area).sum();
+        let bound = budget.distortion;
+        let spare = 4.0 * area * (1.0 + GLUE_TO * (bound - 1.0) - self.distortion());
+        let own = 4.0 + 4.0 * (OWN_EXCESS * (bound - 1.0)).min(MOST_EXCESS);
+        let limits = Limits { spare, own, worst: 4.0 * most_distorted(bound), one: budget.bulky };
+        self.changed.fill(0);
+        Ok(glue_small(self.uv, self.cut, self.changed, self.surface, limits, scratch)?)
     }
 
     /// Cuts on towards single faces that are too distorted, whatever the mean.

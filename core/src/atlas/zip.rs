@@ -37,8 +37,6 @@ const CHEAP: f64 = 0.1;
 const STOP: Stop = Stop { steps: 30, tolerance: 1e-3 };
 /// A chart below this share of all area is a sliver: 32 texels square of 1024.
 const SLIVER: f64 = 1e-3;
-/// Slivers are not joined to charts of more faces: each trial would take seconds.
-const MOST_FACES: u32 = 10_000;
 
 /// Which paths may be taken out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,7 +75,7 @@ pub const fn zip_need(faces: usize, vertices: usize) -> usize {
     8 * bytes_for::<u32>(3 * faces)
         + bytes_for::<DVec2>(3 * faces)
         + bytes_for::<Path>(3 * faces)
-        + 6 * bytes_for::<u32>(faces + 2)
+        + 5 * bytes_for::<u32>(faces + 2)
         + bytes_for::<f64>(faces)
         + bytes_for::<u32>(vertices)
 }
@@ -112,11 +110,12 @@ pub fn zip(
             let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
             old_uv.copy_from_slice(uv);
             let cap = goal.worst.max(worst(uv, surface.rest));
-            let before = hulls(ends, uv, cut, surface, frame.frame())?;
+            let may_be_bulky = goal.bulky || goal.which == Which::Slivers;
+            let before = if may_be_bulky { 0.0 } else { hulls(ends, uv, cut, surface, frame.frame())? };
             path.iter().for_each(|c| surface.set_cut(cut, *c, false));
             let sound = close(uv, cut, path[0] / 3, surface, frame.frame(), workers)?;
-            let more = hulls(ends, uv, cut, surface, frame.frame())? - before;
-            let compact = goal.bulky || goal.which == Which::Slivers || more <= HULL_PRICE * p.saved * total;
+            let compact =
+                may_be_bulky || hulls(ends, uv, cut, surface, frame.frame())? - before <= HULL_PRICE * p.saved * total;
             let within = distortion(uv, surface.rest) <= goal.distortion && worst(uv, surface.rest) <= cap;
             if sound && compact && within {
                 zipped += 1;
@@ -190,10 +189,8 @@ fn find_paths<'a>(
     let chart = keep.take::<u32>(surface.mesh.faces.len())?;
     let queue = keep.take::<u32>(surface.mesh.faces.len())?;
     let charts = surface.charts(cut, chart, queue);
-    let sizes = keep.take::<u32>(charts)?;
     let areas = keep.take::<f64>(charts)?;
     for (k, r) in chart.iter().zip(surface.rest) {
-        sizes[*k as usize] += 1;
         areas[*k as usize] += r.area;
     }
     let degree = keep.take::<u32>(surface.mesh.positions.len())?;
@@ -230,11 +227,7 @@ fn find_paths<'a>(
             !is_free(from) && !is_free(to) && (from != to || encloses(path, cut, surface))
         };
         let is_failed = |c: &u32| failed[*c as usize] != 0 || failed[surface.twin[*c as usize] as usize] != 0;
-        let joins_sliver = || {
-            !slit
-                && sides.iter().any(|k| areas[*k] < SLIVER * total)
-                && sides.iter().map(|k| sizes[*k]).sum::<u32>() <= MOST_FACES
-        };
+        let joins_sliver = || !slit && sides.iter().any(|k| areas[*k] < SLIVER * total);
         let wanted = goal.which == Which::All || joins_sliver();
         if !goes || !wanted || path.iter().any(is_failed) {
             continue;
