@@ -10,6 +10,7 @@ pub mod flatten;
 pub mod glue;
 pub mod halving;
 pub mod pack;
+mod patch;
 pub mod pieces;
 pub mod proxy;
 pub mod relax;

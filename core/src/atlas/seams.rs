@@ -16,6 +16,7 @@ use super::energy::{Rest, even_out};
 use super::extend::extend;
 use super::glue::{Limits, glue_need, glue_small};
 use super::halving::flatten_all;
+use super::patch::{SEEDS, patch_need, relax_patch};
 use super::proxy::{proxy_costs, proxy_costs_need};
 use super::relax::Stop;
 use super::slide::Slides;
@@ -131,7 +132,14 @@ pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
     let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
     let zipping = if faces <= PROXY_FROM { zip_need(faces, vertices) + splitting.max(jobs) } else { 0 };
-    let direct = lists + growing.max(splitting).max(zipping).max(jobs).max(glue_need(faces)).max(compact_need(faces));
+    let direct = lists
+        + growing
+            .max(splitting)
+            .max(zipping)
+            .max(jobs)
+            .max(glue_need(faces))
+            .max(compact_need(faces))
+            .max(patch_need(faces));
     if faces <= PROXY_FROM {
         return direct;
     }
@@ -283,20 +291,29 @@ impl Search<'_> {
         Ok(glue_small(self.uv, self.cut, self.changed, self.surface, limits, scratch)?)
     }
 
-    /// Cuts on towards single faces that are too distorted, whatever the mean.
+    /// Brings single faces below the cap, whatever the mean: relaxes around them, and cuts on towards those that stay above.
     fn cap(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), SeamError> {
         let most = 4.0 * most_distorted(bound);
-        let step = |cut: &mut [u8], changed: &mut [u8], uv: &[DVec2], surface: &Surface, scratch: Scratch| {
-            if worst(uv, surface.rest) <= most {
-                Ok(0)
-            } else {
-                extend(cut, changed, uv, surface, most, PATHS_FAR, scratch)
-            }
-        };
         if worst(self.uv, self.surface.rest) <= most {
             return Ok(());
         }
-        self.repeat(CAP_ROUNDS, step, scratch.frame())?;
+        for round in 0..CAP_ROUNDS {
+            if !(self.proceed)() {
+                return Err(SeamError::Stopped);
+            }
+            self.changed.fill(0);
+            if round > 0
+                && extend(self.cut, self.changed, self.uv, self.surface, most, PATHS_FAR, scratch.frame())? == 0
+            {
+                break;
+            }
+            let above = energies(self.uv, self.surface.rest).filter(|(_, energy)| *energy > most);
+            above.for_each(|(f, _)| self.changed[f] = 1);
+            self.relax_near(scratch.frame())?;
+            if worst(self.uv, self.surface.rest) <= most {
+                break;
+            }
+        }
         self.part_overlaps(scratch)
     }
 
@@ -346,6 +363,15 @@ impl Search<'_> {
         let weighed = Surface { rest, ..**surface };
         work_on(uv, &weighed, cut, &charts, touched, Work::Relax(stop), scratch, *workers)?;
         Ok(())
+    }
+
+    /// Relaxes what is around changed faces; whole charts where there are many or borders have walls.
+    fn relax_near(&mut self, scratch: Scratch) -> Result<(), ScratchTooSmall> {
+        let seeds = self.changed.iter().filter(|changed| **changed != 0).count();
+        if self.surface.stays_whole || seeds > SEEDS {
+            return self.relax(ROUND_STOP, self.surface.rest, scratch);
+        }
+        relax_patch(self.uv, self.cut, self.changed, self.surface, ROUND_STOP, scratch, self.workers)
     }
 
     fn distortion(&self) -> f64 {
@@ -421,11 +447,16 @@ pub fn most_distorted(bound: f64) -> f64 {
     (1.0 + CAP * (bound - 1.0)).max(LEAST_CAP)
 }
 
-/// Most symmetric Dirichlet energy of a face that has an area to speak of, at the scale that the map has.
-pub fn worst(uv: &[DVec2], rest: &[Rest]) -> f64 {
+/// Symmetric Dirichlet energy of each face that has an area to speak of, at the scale that the map has.
+fn energies(uv: &[DVec2], rest: &[Rest]) -> impl Iterator<Item = (usize, f64)> {
     let flat = flat_area(rest);
-    let energies = rest.iter().enumerate().filter(|(_, r)| r.area > flat);
-    energies.map(|(f, r)| r.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]])).fold(4.0, f64::max)
+    let faces = rest.iter().enumerate().filter(move |(_, r)| r.area > flat);
+    faces.map(|(f, r)| (f, r.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]])))
+}
+
+/// The largest of [`energies`].
+pub fn worst(uv: &[DVec2], rest: &[Rest]) -> f64 {
+    energies(uv, rest).map(|(_, energy)| energy).fold(4.0, f64::max)
 }
 
 /// Area up to which a face has none to speak of.
