@@ -38,7 +38,7 @@ function seamwright(bytes) {
         if (code !== 0) throw new Error(text(core.seamwright_message(code)) + (detail ? ` (at ${detail})` : ''));
     }
 
-    // mesh: { positions, corners, starts }; asked: some of { distortion, seed, size, padding, rays, charts, packing }.
+    // mesh: { positions, corners, starts }; asked: some of { distortion, seed, size, padding, rays, charts, packing, effort }.
     function unwrap(mesh, asked) {
         const { positions, corners, starts } = mesh;
         const counts = { vertices: positions.length / 3, corners: corners.length, polygons: starts.length - 1 };
@@ -54,7 +54,7 @@ function seamwright(bytes) {
         let view = new DataView(memory.buffer);
         if ('distortion' in asked) view.setFloat64(options, asked.distortion, true);
         if ('seed' in asked) view.setBigUint64(options + 8, BigInt(asked.seed), true);
-        ['size', 'padding', 'rays', 'charts', 'packing'].forEach((name, i) => {
+        ['size', 'padding', 'rays', 'charts', 'packing', 'effort'].forEach((name, i) => {
             if (name in asked) view.setUint32(options + 16 + 4 * i, asked[name], true);
         });
         check(core.seamwright_unwrap_scratch(need, surface, options));

@@ -67,6 +67,9 @@
 // A fault of this library; please report it.
 #define SEAMWRIGHT_INTERNAL 16
 
+// `effort` is more than 1000.
+#define SEAMWRIGHT_BAD_EFFORT 17
+
 // As many charts as hide the seams best.
 #define SEAMWRIGHT_CHARTS_FEW 0
 
@@ -151,8 +154,8 @@ typedef struct SeamwrightOptions {
     uint32_t charts;
     // SEAMWRIGHT_PACKING_...
     uint32_t packing;
-    // 0.
-    uint32_t reserved;
+    // Search work of tight packing in hundredths, 1000 at the most: 0 only fills, 100 takes up to a second of a desktop's core.
+    uint32_t effort;
 } SeamwrightOptions;
 
 // Where the atlas is written. After an error its contents are unspecified.

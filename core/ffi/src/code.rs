@@ -37,8 +37,10 @@ pub const SEAMWRIGHT_SCRATCH: i32 = 13;
 pub const SEAMWRIGHT_CANCELLED: i32 = 14;
 /// Faces of the atlas still overlap after all attempts; please report the mesh. `detail`: how many.
 pub const SEAMWRIGHT_OVERLAP: i32 = 15;
+/// `effort` is more than 1000.
+pub const SEAMWRIGHT_BAD_EFFORT: i32 = 16;
 /// A fault of this library; please report it.
-pub const SEAMWRIGHT_INTERNAL: i32 = 16;
+pub const SEAMWRIGHT_INTERNAL: i32 = 17;
 
 /// A sentence for people about a code.
 #[unsafe(no_mangle)]
@@ -65,6 +67,7 @@ fn message(code: i32) -> &'static CStr {
         SEAMWRIGHT_CANCELLED => c"stopped on request",
         SEAMWRIGHT_OVERLAP => c"faces of the atlas still overlap after all attempts",
         SEAMWRIGHT_INTERNAL => c"a fault of the library",
+        SEAMWRIGHT_BAD_EFFORT => c"the effort must be 1000 hundredths at the most",
         _ => c"no code of this library",
     }
 }

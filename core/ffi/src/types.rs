@@ -51,8 +51,8 @@ pub struct SeamwrightOptions {
     pub charts: u32,
     /// SEAMWRIGHT_PACKING_...
     pub packing: u32,
-    /// 0.
-    pub reserved: u32,
+    /// Search work of tight packing in hundredths, 1000 at the most: 0 only fills, 100 takes up to a second of a desktop's core.
+    pub effort: u32,
 }
 
 /// Where the atlas is written. After an error its contents are unspecified.

@@ -11,6 +11,8 @@ use seamwright_core::rays::binned::BinnedBuilder;
 
 /// Sides of the texture.
 const SIZES: core::ops::RangeInclusive<u32> = 16..=65536;
+/// Most search work, in hundredths.
+const MOST_EFFORT: u32 = 1000;
 /// Rays a vertex.
 const RAYS: core::ops::RangeInclusive<u32> = 1..=65536;
 
@@ -20,9 +22,10 @@ const RAYS: core::ops::RangeInclusive<u32> = 1..=65536;
 /// `options` points to one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn seamwright_defaults(options: *mut SeamwrightOptions) -> i32 {
-    let Settings { distortion, size, padding, rays, seed, .. } = Settings::default();
+    let Settings { distortion, size, padding, rays, seed, effort, .. } = Settings::default();
     let (charts, packing) = (SEAMWRIGHT_CHARTS_FEW, SEAMWRIGHT_PACKING_TIGHT);
-    let defaults = SeamwrightOptions { distortion, seed, size, padding, rays, charts, packing, reserved: 0 };
+    let defaults =
+        SeamwrightOptions { distortion, seed, size, padding, rays, charts, packing, effort: (100.0 * effort) as u32 };
     if let Err(fault) = check(options) {
         return fault.code;
     }
@@ -142,8 +145,9 @@ unsafe fn run(
 
 /// Core's settings, where the options are in range.
 fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
-    let SeamwrightOptions { distortion, seed, size, padding, rays, charts, packing, .. } = *options;
-    let mut settings = Settings { distortion, seed, size, padding, rays, ..Settings::default() };
+    let SeamwrightOptions { distortion, seed, size, padding, rays, charts, packing, effort } = *options;
+    let mut settings =
+        Settings { distortion, seed, size, padding, rays, effort: f64::from(effort) / 100.0, ..Settings::default() };
     match charts {
         SEAMWRIGHT_CHARTS_FEW => settings.charts = Charts::Few,
         SEAMWRIGHT_CHARTS_ONE => settings.charts = Charts::One,
@@ -158,6 +162,7 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         (distortion > 1.0 && distortion.is_finite(), SEAMWRIGHT_BAD_DISTORTION),
         (SIZES.contains(&size) && padding <= size / 4, SEAMWRIGHT_BAD_SIZE),
         (RAYS.contains(&rays), SEAMWRIGHT_BAD_RAYS),
+        (effort <= MOST_EFFORT, SEAMWRIGHT_BAD_EFFORT),
     ];
     checks.iter().find(|(holds, _)| !holds).map_or(Ok(settings), |(_, code)| Err(Fault::new(*code)))
 }

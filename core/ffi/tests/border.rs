@@ -60,7 +60,7 @@ impl Call {
             rays: 0,
             charts: 0,
             packing: 0,
-            reserved: 0,
+            effort: 0,
         };
         let mut bytes = 0;
         unsafe {
@@ -181,7 +181,7 @@ fn scratch_that_is_too_small_says_what_to_try() {
 #[test]
 fn bad_input_has_a_code_and_a_place() {
     type Check = (&'static str, fn(&mut Call), i32, usize);
-    let checks: [Check; 17] = [
+    let checks: [Check; 18] = [
         ("no positions", |c| c.mesh.positions = null(), SEAMWRIGHT_NULL, 0),
         ("no corners", |c| c.mesh.corners = null(), SEAMWRIGHT_NULL, 0),
         ("odd positions", |c| c.mesh.positions = c.mesh.positions.wrapping_byte_add(4), SEAMWRIGHT_MISALIGNED, 0),
@@ -198,6 +198,7 @@ fn bad_input_has_a_code_and_a_place() {
         ("no triangle", |c| c.corners.fill(3), SEAMWRIGHT_NO_TRIANGLE, 0),
         ("a bound", |c| c.options.distortion = f64::NAN, SEAMWRIGHT_BAD_DISTORTION, 0),
         ("padding", |c| c.options.padding = 257, SEAMWRIGHT_BAD_SIZE, 0),
+        ("effort", |c| c.options.effort = 1001, SEAMWRIGHT_BAD_EFFORT, 0),
         ("a choice", |c| c.options.packing = 2, SEAMWRIGHT_BAD_CHOICE, 0),
     ];
     for (name, spoil, code, detail) in checks {

@@ -9,11 +9,13 @@
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::union_find::UnionFind;
-use crate::mesh::grid::{GridPoint, doubled_area};
+use crate::mesh::grid::{GRID_BITS, GridPoint, doubled_area};
 use glam::DVec2;
 
 /// Farthest that a node is moved, in steps.
 const REACH: i32 = 6;
+/// Places from 0 to here are inside the square.
+const ROOM: i32 = 1 << GRID_BITS;
 /// Rounds over all faces that are not counter-clockwise.
 const ROUNDS: usize = 12;
 /// Sides of a slit this near, in steps, are put together.
@@ -163,10 +165,12 @@ fn better_place(points: &[GridPoint], n: u32, faces: &[[u32; 3]], around: &[u32]
                 continue;
             }
             let place = GridPoint::new(old.x() + dx, old.y() + dy);
-            let fits = around.iter().all(|f| {
-                let corners = faces[*f as usize].map(|i| if i == n { place } else { points[i as usize] });
-                doubled_area(&corners) > 0
-            });
+            let inside = (0..=ROOM).contains(&place.x()) && (0..=ROOM).contains(&place.y());
+            let fits = inside
+                && around.iter().all(|f| {
+                    let corners = faces[*f as usize].map(|i| if i == n { place } else { points[i as usize] });
+                    doubled_area(&corners) > 0
+                });
             if fits {
                 best = Some((cost, place));
             }
@@ -229,6 +233,15 @@ mod tests {
             (packing_step(0.0, 1024), packing_step(f64::NAN, 7), packing_step(f64::INFINITY, 7)),
             (0.0, 0.0, 0.0)
         );
+    }
+
+    #[test]
+    fn no_node_leaves_the_square() {
+        // Flat on the lower edge: the middle node has to go below, or the others up.
+        let p = |x, y| GridPoint::new(x, y);
+        let mut points = [p(0, 0), p(500, 0), p(1000, 0)];
+        assert_eq!(settled(&mut points, &[[0, 1, 2]]), 0);
+        assert!(points.iter().all(|p| p.y() >= 0), "{points:?}");
     }
 
     #[test]
