@@ -8,8 +8,6 @@
 //! room. Cost: O(n log n) for the charts that lose a polygon.
 
 use super::cut::disks_again;
-use super::energy::Rest;
-use super::seams::FLAT;
 use super::surface::Surface;
 use crate::base::real::{cos, sin, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
@@ -22,12 +20,11 @@ use glam::DVec2;
 /// leave a polygon of 40 corners flat sides; 1e-3 would show.
 const LEAST: f64 = 1.0 / (1 << 17) as f64;
 
-/// Marks the faces that run clockwise on the grid or have no area there, though they have some in space; returns how many.
-pub fn mark_turned(failing: &mut [u8], triangles: &[GridTriangle], rest: &[Rest]) -> usize {
-    let least = FLAT * rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64;
+/// Marks the faces that are not counter-clockwise on the grid, however small they are in space; returns how many.
+pub fn mark_turned(failing: &mut [u8], triangles: &[GridTriangle]) -> usize {
     let mut count = 0;
-    for ((mark, t), r) in failing.iter_mut().zip(triangles).zip(rest) {
-        *mark = u8::from(r.area > least && doubled_area(t) <= 0);
+    for (mark, t) in failing.iter_mut().zip(triangles) {
+        *mark = u8::from(doubled_area(t) <= 0);
         count += usize::from(*mark);
     }
     count
@@ -99,11 +96,21 @@ fn spread(failing: &mut [u8], surface: &Surface) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::atlas::energy::Rest;
     use crate::mesh::topology::twins;
     use crate::mesh::view::MeshView;
     use glam::DVec3;
     use std::vec;
     use std::vec::Vec;
+
+    #[test]
+    fn what_is_turned_over_or_flat_on_the_grid_is_marked() {
+        let at = |x, y| crate::mesh::grid::GridPoint::new(x, y);
+        let [a, b, c] = [at(0, 0), at(4, 0), at(0, 4)];
+        let mut failing = [9; 3];
+        assert_eq!(mark_turned(&mut failing, &[[a, b, c], [a, c, b], [a, b, b]]), 2);
+        assert_eq!(failing, [0, 1, 1]);
+    }
 
     /// A strip of three squares, the middle one a polygon of two triangles of which one fails.
     #[test]

@@ -1,6 +1,7 @@
 //! Atlas: cuts, flattening, seams, packing.
 
 pub mod apart;
+pub mod bound;
 pub mod charts;
 pub mod compact;
 pub mod cut;

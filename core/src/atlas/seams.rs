@@ -9,6 +9,7 @@
 //! Cuts that the bound does not need in the end are zipped again.
 //! Limit: paths slide only while they are carried over from a decimated mesh.
 
+use super::bound::{distortion, energies, most_distorted, worst};
 use super::charts::{Charts, Work, job_need, work_on};
 use super::compact::{compact_need, split_bulky};
 use super::cut::cut_to_disks;
@@ -92,8 +93,6 @@ const WORST: f64 = 10.0;
 const GATHER_STOP: Stop = Stop { steps: 3, tolerance: 1e-5 };
 /// Added to every edge length of a rest shape, in units of the mesh's largest side: gives flat faces a shape.
 pub const MOLLIFY: f64 = 1e-9;
-/// A face below this share of the mean area has none to speak of.
-pub const FLAT: f64 = 1e-9;
 /// Paths that a round of extension adds at the most: more where the distortion is above the goal by more than [`FAR`] times
 /// what the goal allows, so that tight bounds are reached within the rounds.
 const PATHS: usize = 3;
@@ -109,10 +108,6 @@ const RELAXATIONS: usize = 8;
 const FAR_STOP: Stop = Stop { steps: 60, tolerance: 1e-3 };
 /// Below this share of the distortion before, such a relaxation has found charts that were far from rest.
 const AT_REST: f64 = 0.99;
-/// Most that the energy over 4 of a single face may be above 1, over what the bound allows on the mean.
-const CAP: f64 = 40.0;
-/// The cap on single faces at tight bounds: a mesh has corners that are never flat.
-const LEAST_CAP: f64 = 1.5;
 /// Rounds of cutting towards faces above the cap.
 const CAP_ROUNDS: usize = 30;
 /// Rounds of splitting bulky charts.
@@ -440,45 +435,6 @@ fn cut_by_proxy(
     make_charts(coarse_uv, coarse_cut, &coarse, budget, scratch.frame(), workers, proceed)?;
     let moved = transfer(cut, surface, &coarse, coarse_cut, &history[..done.collapses], SLIDES, scratch)?;
     Ok(moved.is_faithful() && moved.forbidden == 0)
-}
-
-/// Most symmetric Dirichlet energy over 4 of a single face where `bound` holds on the mean: 2 at 1.025.
-pub fn most_distorted(bound: f64) -> f64 {
-    (1.0 + CAP * (bound - 1.0)).max(LEAST_CAP)
-}
-
-/// Symmetric Dirichlet energy of each face that has an area to speak of, at the scale that the map has.
-fn energies(uv: &[DVec2], rest: &[Rest]) -> impl Iterator<Item = (usize, f64)> {
-    let flat = flat_area(rest);
-    let faces = rest.iter().enumerate().filter(move |(_, r)| r.area > flat);
-    faces.map(|(f, r)| (f, r.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]])))
-}
-
-/// The largest of [`energies`].
-pub fn worst(uv: &[DVec2], rest: &[Rest]) -> f64 {
-    energies(uv, rest).map(|(_, energy)| energy).fold(4.0, f64::max)
-}
-
-/// Area up to which a face has none to speak of.
-fn flat_area(rest: &[Rest]) -> f64 {
-    FLAT * rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64
-}
-
-/// Mean symmetric Dirichlet energy over 4, after the best global scale. Faces of no area to speak of do not count.
-pub fn distortion(uv: &[DVec2], rest: &[Rest]) -> f64 {
-    let (mut stretch, mut shrink, mut area) = (0.0, 0.0, 0.0);
-    let flat = flat_area(rest);
-    for (f, rest) in rest.iter().enumerate() {
-        if rest.area <= flat {
-            continue;
-        }
-        let [c0, c1] = rest.jacobian([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
-        let (det, norm) = (c0.perp_dot(c1), c0.dot(c0) + c1.dot(c1));
-        stretch += rest.area * norm;
-        shrink += rest.area * norm / (det * det);
-        area += rest.area;
-    }
-    if area > 0.0 { sqrt(stretch * shrink) / (2.0 * area) } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@
 //! Guarantee: every face has a UV and none is flipped. Limits: charts may overlap and need not be disks; who needs that
 //! looks at them afterwards. Cost: O(n log n).
 
+use super::bound::FLAT;
 use super::energy::Rest;
-use super::seams::FLAT;
 use super::surface::Surface;
 use crate::base::heap::Heap;
 use crate::base::real::{for_cost, sqrt};

@@ -9,10 +9,10 @@
 //! Guarantee: disks stay disks, without flips or overlaps; the distortion stays within the goal if it was.
 //! Cost: at most [`TRIES`] flattenings of one chart.
 
+use super::bound::{distortion, worst};
 use super::charts::{Charts, Work, work_on};
 use super::compact::{PRICE, hull_of};
 use super::relax::Stop;
-use super::seams::{distortion, worst};
 use super::split::self_overlaps;
 use super::surface::Surface;
 use super::transfer::{far_end, is_border};

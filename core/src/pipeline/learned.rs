@@ -11,8 +11,9 @@
 
 use super::UnwrapError;
 use super::training::{train_pieces, training_need};
+use crate::atlas::bound::distortion;
 use crate::atlas::pieces::{Pieces, unwrap_pieces};
-use crate::atlas::seams::{Budget, distortion, make_charts};
+use crate::atlas::seams::{Budget, make_charts};
 use crate::atlas::surface::Surface;
 use crate::atlas::tears::{Torn, tear};
 use crate::base::progress::{Progress, Stage};

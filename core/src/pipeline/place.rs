@@ -8,11 +8,11 @@
 use super::order::order_charts;
 use super::{Report, Settings, UnwrapError, report};
 use crate::atlas::apart::{mark_turned, set_apart};
+use crate::atlas::bound::distortion;
 use crate::atlas::cut::disks_again;
 use crate::atlas::halving::halve;
 use crate::atlas::pack::{self, Placement};
 use crate::atlas::pieces::Pieces;
-use crate::atlas::seams::distortion;
 use crate::atlas::settle::settle;
 use crate::atlas::snap::{close_slits, mark_rejoined, packing_step, straighten, uv_area};
 use crate::atlas::split::split_overlaps;
@@ -121,7 +121,7 @@ pub(super) fn place(
             break;
         }
         let failing = frame.take::<u8>(faces)?;
-        let turned = mark_turned(failing, triangles, pieces.rest());
+        let turned = mark_turned(failing, triangles);
         let ajar = frame.take::<u8>(faces)?;
         let slits = (0..pieces.count()).flat_map(|p| pieces.slits(p, cut, node.as_flattened()));
         let vertex = frame.take::<u32>(nodes)?;

@@ -1,0 +1,53 @@
+//! What a bound on distortion means: the mean over the surface, and the cap on its single faces.
+//!
+//! Faces of no area to speak of count for neither: their shape is a matter of rounding.
+
+use super::energy::Rest;
+use crate::base::real::sqrt;
+use glam::DVec2;
+
+/// A face below this share of the mean area has none to speak of.
+pub const FLAT: f64 = 1e-9;
+/// Most that the energy over 4 of a single face may be above 1, over what the bound allows on the mean.
+const CAP: f64 = 40.0;
+/// The cap on single faces at tight bounds: a mesh has corners that are never flat.
+const LEAST_CAP: f64 = 1.5;
+
+/// Most symmetric Dirichlet energy over 4 of a single face where `bound` holds on the mean: 2 at 1.025.
+pub fn most_distorted(bound: f64) -> f64 {
+    (1.0 + CAP * (bound - 1.0)).max(LEAST_CAP)
+}
+
+/// Symmetric Dirichlet energy of each face that has an area to speak of, at the scale that the map has.
+pub fn energies(uv: &[DVec2], rest: &[Rest]) -> impl Iterator<Item = (usize, f64)> {
+    let flat = flat_area(rest);
+    let faces = rest.iter().enumerate().filter(move |(_, r)| r.area > flat);
+    faces.map(|(f, r)| (f, r.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]])))
+}
+
+/// The largest of [`energies`].
+pub fn worst(uv: &[DVec2], rest: &[Rest]) -> f64 {
+    energies(uv, rest).map(|(_, energy)| energy).fold(4.0, f64::max)
+}
+
+/// Area up to which a face has none to speak of.
+fn flat_area(rest: &[Rest]) -> f64 {
+    FLAT * rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64
+}
+
+/// Mean symmetric Dirichlet energy over 4, after the best global scale. Faces of no area to speak of do not count.
+pub fn distortion(uv: &[DVec2], rest: &[Rest]) -> f64 {
+    let (mut stretch, mut shrink, mut area) = (0.0, 0.0, 0.0);
+    let flat = flat_area(rest);
+    for (f, rest) in rest.iter().enumerate() {
+        if rest.area <= flat {
+            continue;
+        }
+        let [c0, c1] = rest.jacobian([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
+        let (det, norm) = (c0.perp_dot(c1), c0.dot(c0) + c1.dot(c1));
+        stretch += rest.area * norm;
+        shrink += rest.area * norm / (det * det);
+        area += rest.area;
+    }
+    if area > 0.0 { sqrt(stretch * shrink) / (2.0 * area) } else { 1.0 }
+}
