@@ -64,11 +64,11 @@
 // Faces of the atlas still overlap after all attempts; please report the mesh. `detail`: how many.
 #define SEAMWRIGHT_OVERLAP 15
 
-// A fault of this library; please report it.
-#define SEAMWRIGHT_INTERNAL 16
-
 // `effort` is more than 1000.
-#define SEAMWRIGHT_BAD_EFFORT 17
+#define SEAMWRIGHT_BAD_EFFORT 16
+
+// A fault of this library; please report it.
+#define SEAMWRIGHT_INTERNAL 17
 
 // As many charts as hide the seams best.
 #define SEAMWRIGHT_CHARTS_FEW 0
