@@ -7,7 +7,7 @@ use crate::base::real::sqrt;
 use glam::DVec2;
 
 /// A face below this share of the mean area has none to speak of.
-pub const FLAT: f64 = 1e-9;
+const FLAT: f64 = 1e-9;
 /// Most that the energy over 4 of a single face may be above 1, over what the bound allows on the mean.
 const CAP: f64 = 40.0;
 /// The cap on single faces at tight bounds: a mesh has corners that are never flat.
@@ -31,7 +31,7 @@ pub fn worst(uv: &[DVec2], rest: &[Rest]) -> f64 {
 }
 
 /// Area up to which a face has none to speak of.
-fn flat_area(rest: &[Rest]) -> f64 {
+pub fn flat_area(rest: &[Rest]) -> f64 {
     FLAT * rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64
 }
 

@@ -269,16 +269,20 @@ impl<'t> Trial<'t> {
         Ok(Self { faces, triangles, rest, x: &mut x[..count as usize], held })
     }
 
+    /// Area and energy of each face.
+    fn energies(&self) -> impl Iterator<Item = (f64, f64)> {
+        let faces = self.triangles.iter().zip(self.rest.iter());
+        faces.map(|(t, r)| (r.area, r.energy(t.map(|i| self.x[i as usize]))))
+    }
+
     /// Energy of the chart, infinite where a face is flipped.
     fn energy(&self) -> f64 {
-        let of_face = |(t, r): (&[u32; 3], &super::energy::Rest)| r.area * r.energy(t.map(|i| self.x[i as usize]));
-        self.triangles.iter().zip(self.rest.iter()).map(of_face).sum()
+        self.energies().map(|(area, energy)| area * energy).sum()
     }
 
     /// Most energy of a face.
     fn worst(&self) -> f64 {
-        let of_face = |(t, r): (&[u32; 3], &super::energy::Rest)| r.energy(t.map(|i| self.x[i as usize]));
-        self.triangles.iter().zip(self.rest.iter()).map(of_face).fold(0.0, f64::max)
+        self.energies().map(|(_, energy)| energy).fold(0.0, f64::max)
     }
 
     /// Lays the chart beside its neighbour and relaxes it there.

@@ -9,7 +9,7 @@
 //! Guarantee: every face has a UV and none is flipped. Limits: charts may overlap and need not be disks; who needs that
 //! looks at them afterwards. Cost: O(n log n).
 
-use super::bound::FLAT;
+use super::bound::flat_area;
 use super::energy::Rest;
 use super::surface::Surface;
 use crate::base::heap::Heap;
@@ -77,7 +77,7 @@ pub fn tear(
     for (c, uv) in uv.iter_mut().enumerate() {
         *uv = point(surface.mesh.vertex(c as u32));
     }
-    let flat = FLAT * surface.rest.iter().map(|r| r.area).sum::<f64>() / count.max(1) as f64;
+    let flat = flat_area(surface.rest);
     let corners = |f: usize| [3 * f, 3 * f + 1, 3 * f + 2];
     let mut done = Torn::default();
     for (f, rest) in surface.rest.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! The number type of a tape: f32 to train, f64 to check every derivative.
 
 use super::plain;
-use super::{Matrix, Path};
+use super::{Path, Rows};
 use crate::base::real::Real;
 use bytemuck::Pod;
 use core::cmp::Ordering;
@@ -37,16 +37,8 @@ pub trait Float:
     /// Columns of a packed panel of B.
     fn panel(path: Path) -> usize;
 
-    /// Adds A B to rows of C (a multiple of `columns` values), or to zero whatever stands there; `a` begins at the first.
-    fn fill_rows(
-        path: Path,
-        rows: &mut [Self],
-        columns: usize,
-        depth: usize,
-        a: Matrix<Self>,
-        packed: &[Self],
-        begins_at_zero: bool,
-    );
+    /// Does the task of a product.
+    fn fill_rows(path: Path, task: Rows<Self>);
 }
 
 impl Float for f32 {
@@ -78,21 +70,13 @@ impl Float for f32 {
         }
     }
 
-    fn fill_rows(
-        path: Path,
-        rows: &mut [f32],
-        columns: usize,
-        depth: usize,
-        a: Matrix<f32>,
-        packed: &[f32],
-        zero: bool,
-    ) {
+    fn fill_rows(path: Path, task: Rows<f32>) {
         match path {
             #[cfg(target_arch = "x86_64")]
-            Path::Avx2 | Path::Avx512 => super::x86::fill_rows(path, rows, columns, depth, a, packed, zero),
+            Path::Avx2 | Path::Avx512 => super::x86::fill_rows(path, task),
             #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
-            Path::Neon => super::neon::fill_rows(rows, columns, depth, a, packed, zero),
-            _ => plain::fill_rows(rows, columns, depth, a, packed, zero, super::fused::fused),
+            Path::Neon => super::neon::fill_rows(task),
+            _ => plain::fill_rows(task, super::fused::fused),
         }
     }
 }
@@ -120,7 +104,7 @@ impl Float for f64 {
         plain::WIDTH
     }
 
-    fn fill_rows(_: Path, rows: &mut [f64], columns: usize, depth: usize, a: Matrix<f64>, packed: &[f64], zero: bool) {
-        plain::fill_rows(rows, columns, depth, a, packed, zero, |a, b, c| a * b + c);
+    fn fill_rows(_: Path, task: Rows<f64>) {
+        plain::fill_rows(task, |a, b, c| a * b + c);
     }
 }

@@ -167,6 +167,20 @@ impl<T: Float> Finish<'_, T> {
     }
 }
 
+/// What a task of [`product`] does: adds A B to some rows of C.
+pub struct Rows<'r, T> {
+    /// The rows: a multiple of `columns` values.
+    rows: &'r mut [T],
+    columns: usize,
+    depth: usize,
+    /// A from the first of these rows on.
+    a: Matrix<'r, T>,
+    /// All of B in panels.
+    packed: &'r [T],
+    /// Whether the sums begin at zero, whatever stands in the rows.
+    begins_at_zero: bool,
+}
+
 /// C = finish(start + A B). `packed` is memory of at least `shape.packed()` values. A slice that is too short for its
 /// shape is a mistake of our own code and panics.
 #[allow(clippy::too_many_arguments)]
@@ -201,7 +215,8 @@ pub fn product<T: Float>(
         }
         let first = task * block;
         let a = Matrix { data: &a.data[(first * a.row).min(a.data.len())..], ..a };
-        T::fill_rows(path, rows, columns, depth, a, packed, matches!(start, Start::Zero));
+        let begins_at_zero = matches!(start, Start::Zero);
+        T::fill_rows(path, Rows { rows, columns, depth, a, packed, begins_at_zero });
         finish.apply(rows, first, columns);
     });
 }

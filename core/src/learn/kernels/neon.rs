@@ -2,24 +2,17 @@
 //!
 //! `unsafe` lives here: vector instructions that the target has by definition.
 
-use super::Matrix;
+use super::Rows;
 use core::arch::aarch64::*;
 
 /// Columns of a packed panel.
 pub(super) const WIDTH: usize = wide128::WIDTH;
 
 /// See [`super::Float::fill_rows`].
-pub(super) fn fill_rows(
-    rows: &mut [f32],
-    columns: usize,
-    depth: usize,
-    a: Matrix<f32>,
-    packed: &[f32],
-    begins_at_zero: bool,
-) {
-    assert!(packed.len() >= columns.next_multiple_of(WIDTH) * depth);
+pub(super) fn fill_rows(task: Rows<f32>) {
+    assert!(task.packed.len() >= task.columns.next_multiple_of(WIDTH) * task.depth);
     // SAFETY: this file is compiled where the target has NEON, and the packed panels are complete.
-    unsafe { wide128::fill_rows(rows, columns, depth, a, packed, begins_at_zero) }
+    unsafe { wide128::fill_rows(task) }
 }
 
 /// a b + c, rounded once.

@@ -1,21 +1,14 @@
 //! The plain path: rows of C in array code, for every machine and both number types; the reference of the others.
 
-use super::{Float, Matrix, SLAB, pack_rows, panel_of};
+use super::{Float, Rows, SLAB, pack_rows, panel_of};
 
 /// Columns of a tile and of a packed panel.
 pub(super) const WIDTH: usize = 8;
 const HEIGHT: usize = 4;
 
 /// Adds A B to rows of C with `fused(a, b, c)` at each step; see [`Float::fill_rows`].
-pub(super) fn fill_rows<T: Float>(
-    rows: &mut [T],
-    columns: usize,
-    depth: usize,
-    a: Matrix<T>,
-    packed: &[T],
-    begins_at_zero: bool,
-    fused: impl Fn(T, T, T) -> T + Copy,
-) {
+pub(super) fn fill_rows<T: Float>(task: Rows<T>, fused: impl Fn(T, T, T) -> T + Copy) {
+    let Rows { rows, columns, depth, a, packed, begins_at_zero } = task;
     let count = rows.len() / columns;
     for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
         for row in (0..count).step_by(HEIGHT) {

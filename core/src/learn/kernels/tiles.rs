@@ -17,27 +17,20 @@ macro_rules! tiles {
      $broadcast:ident, $fused:ident) => {
         mod $module {
             use super::*;
-            use crate::learn::kernels::{Matrix, PACKED_ROWS, SLAB, pack_rows, panel_of, tiles::HEIGHT};
+            use crate::learn::kernels::{PACKED_ROWS, Rows, SLAB, pack_rows, panel_of, tiles::HEIGHT};
 
             pub const WIDTH: usize = $lanes * $vectors;
 
             /// SAFETY: the machine has the instructions and `packed` holds all panels of `depth` rows.
             #[target_feature(enable = $features)]
-            pub unsafe fn fill_rows(
-                rows: &mut [f32],
-                columns: usize,
-                depth: usize,
-                a: Matrix<f32>,
-                packed: &[f32],
-                begins_at_zero: bool,
-            ) {
+            pub unsafe fn fill_rows(task: Rows<f32>) {
                 // Rows of A that lie along the depth are read where they are; others are packed first.
                 // SAFETY: the caller's.
                 unsafe {
-                    if a.column == 1 {
-                        walk::<1>(rows, columns, depth, a, packed, begins_at_zero);
+                    if task.a.column == 1 {
+                        walk::<1>(task);
                     } else {
-                        walk::<{ PACKED_ROWS / HEIGHT }>(rows, columns, depth, a, packed, begins_at_zero);
+                        walk::<{ PACKED_ROWS / HEIGHT }>(task);
                     }
                 }
             }
@@ -45,14 +38,8 @@ macro_rules! tiles {
             /// [`fill_rows`] with memory for `TILES` packed tiles of A; with 1 only a ragged last tile is packed.
             /// SAFETY: that of [`fill_rows`].
             #[target_feature(enable = $features)]
-            unsafe fn walk<const TILES: usize>(
-                rows: &mut [f32],
-                columns: usize,
-                depth: usize,
-                a: Matrix<f32>,
-                packed: &[f32],
-                begins_at_zero: bool,
-            ) {
+            unsafe fn walk<const TILES: usize>(task: Rows<f32>) {
+                let Rows { rows, columns, depth, a, packed, begins_at_zero } = task;
                 let count = rows.len() / columns;
                 let mut left = [[0.0; HEIGHT * SLAB]; TILES];
                 for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {

@@ -2,7 +2,7 @@
 //!
 //! `unsafe` lives here: instructions found at run time.
 
-use super::{Matrix, Path};
+use super::{Path, Rows};
 use core::arch::x86_64::*;
 
 /// Whether the machine and its system support the instructions of `path`.
@@ -23,22 +23,14 @@ pub(super) fn panel(path: Path) -> usize {
 }
 
 /// See [`super::Float::fill_rows`]. Panics where the machine lacks the instructions.
-pub(super) fn fill_rows(
-    path: Path,
-    rows: &mut [f32],
-    columns: usize,
-    depth: usize,
-    a: Matrix<f32>,
-    packed: &[f32],
-    begins_at_zero: bool,
-) {
+pub(super) fn fill_rows(path: Path, task: Rows<f32>) {
     assert!(has(path), "the machine has no {path:?}");
-    assert!(packed.len() >= columns.next_multiple_of(panel(path)) * depth);
+    assert!(task.packed.len() >= task.columns.next_multiple_of(panel(path)) * task.depth);
     // SAFETY: the instructions are there, as just found, and the packed panels are complete.
     unsafe {
         match path {
-            Path::Avx512 => wide512::fill_rows(rows, columns, depth, a, packed, begins_at_zero),
-            _ => wide256::fill_rows(rows, columns, depth, a, packed, begins_at_zero),
+            Path::Avx512 => wide512::fill_rows(task),
+            _ => wide256::fill_rows(task),
         }
     }
 }
