@@ -319,7 +319,12 @@ impl Search<'_> {
         }
         let bound = budget.distortion;
         let distortion = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
-        let goal = Goal { distortion, worst: 4.0 * most_distorted(bound), bulky: budget.bulky, which };
+        let goal = Goal {
+            distortion,
+            worst: 4.0 * most_distorted(bound),
+            bulky: budget.bulky || which == Which::Slivers,
+            which,
+        };
         zip(self.uv, self.cut, self.surface, goal, scratch, self.workers)?;
         Ok(())
     }

@@ -110,12 +110,11 @@ pub fn zip(
             let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
             old_uv.copy_from_slice(uv);
             let cap = goal.worst.max(worst(uv, surface.rest));
-            let may_be_bulky = goal.bulky || goal.which == Which::Slivers;
-            let before = if may_be_bulky { 0.0 } else { hulls(ends, uv, cut, surface, frame.frame())? };
+            let before = if goal.bulky { 0.0 } else { hulls(ends, uv, cut, surface, frame.frame())? };
             path.iter().for_each(|c| surface.set_cut(cut, *c, false));
             let sound = close(uv, cut, path[0] / 3, surface, frame.frame(), workers)?;
             let compact =
-                may_be_bulky || hulls(ends, uv, cut, surface, frame.frame())? - before <= HULL_PRICE * p.saved * total;
+                goal.bulky || hulls(ends, uv, cut, surface, frame.frame())? - before <= HULL_PRICE * p.saved * total;
             let within = distortion(uv, surface.rest) <= goal.distortion && worst(uv, surface.rest) <= cap;
             if sound && compact && within {
                 zipped += 1;
@@ -239,7 +238,7 @@ fn find_paths<'a>(
         if gap > REACH * spare {
             continue;
         }
-        if !slit && !goal.bulky && goal.which == Which::All {
+        if !slit && !goal.bulky {
             // What the hull will be is seen before anything is flattened.
             let (left, right) =
                 (border(first, uv, cut, surface), || border(surface.twin[first as usize], uv, cut, surface));
@@ -409,7 +408,7 @@ mod tests {
 
     #[test]
     fn a_sliver_at_the_end_of_a_slit_is_joined_and_the_slit_stays() {
-        let (slivers, mut bytes) = (Goal { which: Which::Slivers, ..LOOSE }, vec![0; 1 << 25]);
+        let (slivers, mut bytes) = (Goal { which: Which::Slivers, bulky: true, ..LOOSE }, vec![0; 1 << 25]);
         let square = Square { side: 34, to: 3, ring: true, ..PLANE };
         assert_eq!(zip_square(square, slivers, &mut bytes), (Ok(1), 7, 3));
         // A cell of 64 is none.
