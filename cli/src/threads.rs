@@ -21,6 +21,11 @@ impl Pool {
         Ok(Self { threads })
     }
 
+    /// Does `work` on one of the threads: from there tasks are begun and awaited without waking another.
+    pub fn enter<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        self.threads.install(work)
+    }
+
     /// Number of threads.
     pub fn count(&self) -> usize {
         self.threads.current_num_threads()

@@ -4,6 +4,7 @@ use glam::DVec2;
 use seamwright_core::base::random::unit_f64;
 use seamwright_core::base::real::{cos, sin};
 use seamwright_core::base::scratch::Scratch;
+use seamwright_core::base::workers::Serial;
 use seamwright_core::mesh::grid::{GRID_BITS, GridPoint, GridTriangle};
 use seamwright_core::mesh::overlap::{flips, overlaps, overlaps_need};
 use std::time::Instant;
@@ -53,7 +54,7 @@ fn time_and_memory_by_number_of_faces() {
         let (mut best, mut count) = (f64::INFINITY, 0);
         for _ in 0..5 {
             let start = Instant::now();
-            count = overlaps(&mut partner, &faces, Scratch::new(&mut bytes)).unwrap();
+            count = overlaps(&mut partner, &faces, Scratch::new(&mut bytes), &Serial).unwrap();
             best = best.min(start.elapsed().as_secs_f64());
         }
         let each = bytes.len() as f64 / faces.len() as f64;

@@ -117,16 +117,18 @@ impl Job {
         let parts = self.find_parts(&loaded, &pool, &mut reporter)?;
         let part = parts.as_ref().map(|parts| &parts.part[..]);
         let mut trainer = self.learning.clone();
-        let atlas = atlas::make_by(
-            self.method,
-            trainer.as_mut(),
-            &loaded,
-            part,
-            self.keep_seams,
-            &self.settings,
-            &pool,
-            &mut reporter,
-        )?;
+        let atlas = pool.enter(|| {
+            atlas::make_by(
+                self.method,
+                trainer.as_mut(),
+                &loaded,
+                part,
+                self.keep_seams,
+                &self.settings,
+                &pool,
+                &mut reporter,
+            )
+        })?;
         if let Some(trainer) = trainer.as_ref().filter(|t| t.summary.was_stopped) {
             let text =
                 format!("training was stopped after {} steps; the best maps so far are used", trainer.summary.steps);

@@ -254,7 +254,11 @@ impl Search<'_> {
 
     /// Splits charts until none overlaps itself.
     fn part_overlaps(&mut self, scratch: Scratch) -> Result<(), SeamError> {
-        self.repeat(SPLITS, split_overlaps, scratch)
+        let workers = self.workers;
+        let split = |cut: &mut [u8], changed: &mut [u8], uv: &[DVec2], surface: &Surface, scratch: Scratch| {
+            split_overlaps(cut, changed, uv, surface, scratch, workers)
+        };
+        self.repeat(SPLITS, split, scratch)
     }
 
     /// Splits charts until none is bulky or overlaps itself.

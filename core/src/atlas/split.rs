@@ -11,6 +11,7 @@ use super::wedge_paths::{Go, WedgePaths};
 use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::union_find::UnionFind;
+use crate::base::workers::Workers;
 use crate::mesh::grid::{GridPoint, GridTriangle, grid_bits};
 use crate::mesh::overlap::overlaps;
 use crate::mesh::view::NONE;
@@ -32,6 +33,7 @@ pub fn self_overlaps(
     chart: &[u32],
     chart_count: usize,
     mut scratch: Scratch,
+    workers: &dyn Workers,
 ) -> Result<usize, ScratchTooSmall> {
     // Charts side by side, a gap between them.
     let low = scratch.take_filled::<DVec2>(chart_count, DVec2::INFINITY)?;
@@ -54,7 +56,7 @@ pub fn self_overlaps(
         let shift = low[chart[f] as usize];
         *t = [0, 1, 2].map(|i| GridPoint::snap(uv[3 * f + i] + shift, bits));
     }
-    overlaps(partner, triangles, scratch)
+    overlaps(partner, triangles, scratch, workers)
 }
 
 /// One overlapping pair of regions of a chart, with the area that overlaps.
@@ -75,12 +77,13 @@ pub fn split_overlaps(
     uv: &[DVec2],
     surface: &Surface,
     mut scratch: Scratch,
+    workers: &dyn Workers,
 ) -> Result<usize, ScratchTooSmall> {
     let faces = surface.mesh.faces.len();
     let charts = Charts::new(surface, cut, &mut scratch)?;
     let queue = scratch.take::<u32>(faces)?;
     let partner = scratch.take::<u32>(faces)?;
-    let found = self_overlaps(partner, uv, charts.of_face, charts.count(), scratch.frame())?;
+    let found = self_overlaps(partner, uv, charts.of_face, charts.count(), scratch.frame(), workers)?;
     if found == 0 {
         return Ok(0);
     }

@@ -11,6 +11,7 @@ use super::input::{UvBox, UvMesh, areas, areas_need};
 use super::seams::{Seams, seams, seams_need};
 use super::wedges::{UvTopology, uv_topology, uv_topology_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::Serial;
 use crate::mesh::grid::{GridPoint, GridTriangle, doubled_area, grid_bits};
 use crate::mesh::overlap::{overlaps, overlaps_need};
 use crate::mesh::view::NONE;
@@ -208,7 +209,7 @@ fn exact(
     }
 
     let partner = scratch.take::<u32>(triangles.len())?;
-    out.overlapping_faces = overlaps(partner, triangles, scratch.frame())?;
+    out.overlapping_faces = overlaps(partner, triangles, scratch.frame(), &Serial)?;
     let pairs = partner.iter().enumerate().filter(|(_, p)| **p != NONE).map(|(f, p)| [f as u32, *p]);
     out.examples.iter_mut().zip(pairs).for_each(|(example, pair)| *example = pair);
     let marks = scratch.take::<u8>(topology.chart_count)?;

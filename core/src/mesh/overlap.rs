@@ -2,14 +2,17 @@
 //!
 //! Broad phase: faces in Morton order of their middles under a tree of eight children a node, whose bounds are octagons
 //! (x, y, x + y, x - y), so that slivers along a diagonal do not look like squares. Narrow phase: exact separating sides
-//! on grid points ([`super::grid`]). A face asks the tree only until it has met one other face: near-linear for a valid
-//! map and for one where everything lies on everything. Limits: faces are counted, not pairs (of which there can be
-//! f^2); long slivers at odd angles side by side still cost their number squared in bound tests.
+//! on grid points ([`super::grid`]). A face asks the tree about the faces after it, until it has met one; if any has, those
+//! that have not ask about the ones before: near-linear for a valid map and for one where everything lies on everything.
+//! Faces ask side by side. Limits: faces are counted, not pairs (of which there can be f^2); long slivers at odd angles
+//! side by side still cost their number squared in bound tests.
 
 use super::grid::{GridTriangle, counter_clockwise, doubled_area, some_side_separates};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::{Workers, for_each_chunk};
 use crate::mesh::view::NONE;
 use bytemuck::{Pod, Zeroable};
+use core::ops::Range;
 
 /// Children of a node, and faces of a leaf. A million faces of a valid lattice: 0.56 s; 4 children: 0.75 s; 16: slower
 /// than 4. Boxes instead of octagons: as fast there, 3.3 times slower on slivers along a diagonal.
@@ -17,9 +20,15 @@ const CHILDREN: usize = 8;
 /// Levels of the tree over up to 2^32 faces.
 const LEVELS: usize = 11;
 
-/// Bytes that [`overlaps`] needs: 37 a face.
+/// Faces that ask in one task.
+const CHUNK: usize = 1024;
+
+/// Bytes that [`overlaps`] needs: 45 a face.
 pub const fn overlaps_need(faces: usize) -> usize {
-    bytes_for::<u64>(faces) + bytes_for::<GridTriangle>(faces) + bytes_for::<Octagon>(node_capacity(faces))
+    bytes_for::<u64>(faces)
+        + bytes_for::<GridTriangle>(faces)
+        + bytes_for::<Octagon>(node_capacity(faces))
+        + 2 * bytes_for::<u32>(faces)
 }
 
 /// Writes, for each face, another face whose interior meets its own, or [`NONE`]; returns how many faces have one.
@@ -28,6 +37,7 @@ pub fn overlaps(
     partner: &mut [u32],
     triangles: &[GridTriangle],
     mut scratch: Scratch,
+    workers: &dyn Workers,
 ) -> Result<usize, ScratchTooSmall> {
     assert_eq!(partner.len(), triangles.len(), "one partner a triangle");
     scratch.require(overlaps_need(triangles.len()))?;
@@ -36,22 +46,32 @@ pub fn overlaps(
     let sorted = scratch.take::<GridTriangle>(order.len())?;
     order.iter().zip(sorted.iter_mut()).for_each(|(f, t)| *t = counter_clockwise(triangles[face(*f)]));
     let tree = Tree::new(sorted, scratch.take::<Octagon>(node_capacity(order.len()))?);
-    for slot in 0..order.len() {
-        let f = face(order[slot]);
-        if partner[f] != NONE {
-            continue;
+    let after = scratch.take::<u32>(order.len())?; // by place in the order, as the next
+    let before = scratch.take::<u32>(order.len())?;
+    for_each_chunk(workers, after, CHUNK, &|chunk, after| {
+        for (slot, met) in (chunk * CHUNK..).zip(after) {
+            *met = tree.first_met(slot, slot + 1..order.len(), |_| true);
         }
-        // An earlier face that met nothing has asked about this one already.
-        let open = |other: usize| other > slot || other < slot && partner[face(order[other])] != NONE;
-        if let Some(other) = tree.first_met(slot, open) {
-            let g = face(order[other]);
-            partner[f] = g as u32;
-            if partner[g] == NONE {
-                partner[g] = f as u32;
-            }
-        }
+    });
+    if after.iter().all(|met| *met == NONE) {
+        return Ok(0);
     }
-    Ok(partner.iter().filter(|p| **p != NONE).count())
+    let after = &*after;
+    for_each_chunk(workers, before, CHUNK, &|chunk, before| {
+        for (slot, met) in (chunk * CHUNK..).zip(before) {
+            // An earlier face that met nothing has asked about this one already.
+            *met = match after[slot] {
+                NONE => tree.first_met(slot, 0..slot, |other| after[other] != NONE),
+                met => met,
+            };
+        }
+    });
+    let mut count = 0;
+    for (key, met) in order.iter().zip(before.iter()).filter(|(_, met)| **met != NONE) {
+        partner[face(*key)] = face(order[*met as usize]) as u32;
+        count += 1;
+    }
+    Ok(count)
 }
 
 /// How many triangles run clockwise, and how many have no area. A valid atlas has none of the first.
@@ -188,25 +208,26 @@ impl<'a> Tree<'a> {
         Self { triangles, nodes, start, levels: levels + 1 }
     }
 
-    /// The first triangle in the tree's order of visits that is `open` and meets triangle `slot`.
-    fn first_met(&self, slot: usize, open: impl Fn(usize) -> bool) -> Option<usize> {
+    /// The first triangle of `window` that is `open` and meets triangle `slot`, or [`NONE`].
+    fn first_met(&self, slot: usize, window: Range<usize>, open: impl Fn(usize) -> bool) -> u32 {
         let triangle = &self.triangles[slot];
         let bound = Octagon::of(triangle);
         // Each level leaves at most seven siblings behind.
         let mut stack = heapless::Vec::<(u8, u32), { (CHILDREN - 1) * LEVELS + 1 }>::new();
         let mut next = Some((self.levels as u8 - 1, 0));
         while let Some((level, index)) = next {
-            let level = level as usize;
-            if self.nodes[self.start[level] + index as usize].meets(&bound) {
-                let first = index as usize * CHILDREN;
+            let (level, index) = (level as usize, index as usize);
+            if self.nodes[self.start[level] + index].meets(&bound) {
+                // Children whose triangles are in the window.
+                let size = CHILDREN.pow(level as u32);
+                let first = (index * CHILDREN).max(window.start / size);
+                let end = ((index + 1) * CHILDREN).min(window.end.div_ceil(size));
                 if level > 0 {
-                    let end = (first + CHILDREN).min(self.start[level] - self.start[level - 1]);
                     for child in (first..end).rev() {
                         let pushed = stack.push((level as u8 - 1, child as u32));
                         assert!(pushed.is_ok(), "the stack holds all siblings of a level");
                     }
                 } else {
-                    let end = (first + CHILDREN).min(self.triangles.len());
                     let met = |other: &usize| {
                         let t = &self.triangles[*other];
                         open(*other)
@@ -215,13 +236,13 @@ impl<'a> Tree<'a> {
                             && !some_side_separates(t, triangle)
                     };
                     if let Some(other) = (first..end).find(met) {
-                        return Some(other);
+                        return other as u32;
                     }
                 }
             }
             next = stack.pop();
         }
-        None
+        NONE
     }
 }
 
@@ -230,12 +251,13 @@ mod tests {
     use super::super::grid::tests::{oracle_meets, random_triangle, triangle};
     use super::*;
     use crate::base::random::hash;
+    use crate::base::workers::Serial;
     use std::{vec, vec::Vec};
 
     fn partners(triangles: &[GridTriangle]) -> Vec<u32> {
         let mut bytes = vec![0; overlaps_need(triangles.len())];
         let mut partner = vec![7; triangles.len()];
-        let count = overlaps(&mut partner, triangles, Scratch::new(&mut bytes)).unwrap();
+        let count = overlaps(&mut partner, triangles, Scratch::new(&mut bytes), &Serial).unwrap();
         assert_eq!(count, partner.iter().filter(|p| **p != NONE).count());
         partner
     }
@@ -317,7 +339,7 @@ mod tests {
         let faces = [triangle([[0, 0], [9, 0], [0, 9]]); 3];
         let mut bytes = vec![0; overlaps_need(3) - 1];
         let mut partner = [5; 3];
-        assert!(overlaps(&mut partner, &faces, Scratch::new(&mut bytes)).is_err());
+        assert!(overlaps(&mut partner, &faces, Scratch::new(&mut bytes), &Serial).is_err());
         assert_eq!(partner, [5; 3]);
     }
 

@@ -98,7 +98,7 @@ pub(super) fn place(
         }
         let partner = frame.take::<u32>(faces)?;
         report(progress, Stage::Check, attempt, ATTEMPTS)?;
-        let overlapping = overlaps(partner, triangles, frame.frame())?;
+        let overlapping = overlaps(partner, triangles, frame.frame(), workers)?;
         for (slot, n) in node.as_flattened().iter().enumerate() {
             corner_uv[working.corner_source[pieces.source[slot] as usize] as usize] = grid[*n as usize].uv(GRID_BITS);
         }
@@ -148,7 +148,7 @@ pub(super) fn place(
                 disks_again(cut, &surface, inner.frame())?;
             }
             if attempt < SPLITTING {
-                split_overlaps(cut, &mut changed[range.clone()], uv, &surface, inner.frame())?;
+                split_overlaps(cut, &mut changed[range.clone()], uv, &surface, inner.frame(), workers)?;
             }
             let failing = &mut failing[range];
             if failing.contains(&1) {

@@ -11,8 +11,6 @@ use crate::base::scratch::{Scratch, ScratchTooSmall};
 
 /// Nodes of a bough at the most. With 4000 the command takes 187 MB for a mesh of 100,000 faces, with 1000 168 MB.
 pub(super) const BOUGH: usize = 1000;
-/// A system of up to so many nodes is one bough: charts of that size come in numbers, and are worked on side by side.
-pub(super) const WHOLE: usize = 5000;
 /// The columns of boughs are kept in systems of up to so many nodes.
 pub(super) const KEPT: usize = 20_000;
 /// Boughs that are eliminated at the same time.
@@ -69,13 +67,13 @@ pub(super) fn plan<'a>(fronts: &mut [Front], keep: &mut Scratch<'a>) -> Result<P
         (last.first + last.count - first.first) as usize
     };
     let all = fronts.last().map_or(0, |f| (f.first + f.count) as usize);
-    let (kept, most) = (all <= KEPT, if all <= WHOLE { WHOLE } else { BOUGH });
+    let kept = all <= KEPT;
     // From the last front down: a bough is stepped over whole.
     let walk = |visit: &mut dyn FnMut(usize)| {
         let mut f = fronts.len();
         while f > 0 {
             let root = f - 1;
-            f = if nodes(root) <= most {
+            f = if nodes(root) <= BOUGH {
                 visit(root);
                 fronts[root].leftmost as usize
             } else {
