@@ -7,8 +7,11 @@
 use super::dense::partial_cholesky;
 use super::dissection::{Front, Symbolic};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
-use crate::base::workers::Workers;
+use crate::base::workers::{Workers, for_each_chunk};
 use glam::DVec2;
+
+/// Columns of a front that are assembled in one task: an even number, since a node has two.
+const TASK: usize = 64;
 
 /// Where a caller adds elements: one front at a time.
 pub struct FrontMatrix<'m> {
@@ -106,7 +109,8 @@ impl<'a> Bench<'a> {
         let (m, own) = (front.size(), front.own());
         (self.m, self.own) = (m, own);
         let (values, vector) = (&mut self.matrix[..m * m], &mut self.vector[..m]);
-        values.fill(0.0);
+        // Nobody reads what is above the diagonal.
+        values.chunks_exact_mut(m).enumerate().for_each(|(c, column)| column[c..].fill(0.0));
         vector.fill(0.0);
         for (k, node) in symbolic.own_nodes(f).iter().enumerate() {
             self.local[*node as usize] = k as u32;
@@ -117,7 +121,7 @@ impl<'a> Bench<'a> {
         add(f as u32, &mut FrontMatrix { values, vector, local: self.local, size: m });
         for _ in 0..front.children {
             if let Some((child, update)) = updates.pop(symbolic) {
-                extend_add(values, vector, update, &child, symbolic, self.local);
+                extend_add(values, vector, update, &child, symbolic, self.local, workers);
             }
         }
         partial_cholesky(values, m, own, workers);
@@ -164,32 +168,42 @@ fn extend_add(
     child: &Front,
     symbolic: &Symbolic,
     local: &[u32],
+    workers: &dyn Workers,
 ) {
     let m = vector.len();
     let border = &symbolic.border[child.border_range()];
-    let place = |k: usize| 2 * local[symbolic.order[border[k] as usize] as usize] as usize;
-    let mut rest = update;
-    for c in 0..border.len() {
-        let side = 2 * (border.len() - c);
-        let (first, after) = rest.split_at(side);
-        let (second, after) = after.split_at(side - 1);
-        rest = after;
-        let to = place(c);
-        let (head, tail) = values[to * m..].split_at_mut(m);
-        head[to] += first[0];
-        head[to + 1] += first[1];
-        tail[to + 1] += second[0];
-        // Borders ascend and so do the parent's places: row >= column holds there too.
-        for (r, (a, b)) in (c + 1..).zip(first[2..].chunks_exact(2).zip(second[1..].chunks_exact(2))) {
-            let row = place(r);
-            head[row] += a[0];
-            head[row + 1] += a[1];
-            tail[row] += b[0];
-            tail[row + 1] += b[1];
+    let place = |p: &u32| 2 * local[symbolic.order[*p as usize] as usize] as usize;
+    for_each_chunk(workers, values, TASK * m, &|task, columns| {
+        let begin = task * TASK;
+        let skipped = border.partition_point(|p| place(p) < begin);
+        // The columns before hold 4 n - 1 values each, n the nodes from there on.
+        let mut rest = &update[skipped * (4 * border.len() + 1 - 2 * skipped)..];
+        for (c, p) in border.iter().enumerate().skip(skipped) {
+            let to = place(p);
+            if to >= begin + TASK {
+                break;
+            }
+            let side = 2 * (border.len() - c);
+            let (first, after) = rest.split_at(side);
+            let (second, after) = after.split_at(side - 1);
+            rest = after;
+            let (head, tail) = columns[(to - begin) * m..].split_at_mut(m);
+            head[to] += first[0];
+            head[to + 1] += first[1];
+            tail[to + 1] += second[0];
+            // Borders ascend and so do the parent's places: row >= column holds there too.
+            for (p, (a, b)) in border[c + 1..].iter().zip(first[2..].chunks_exact(2).zip(second[1..].chunks_exact(2))) {
+                let row = place(p);
+                head[row] += a[0];
+                head[row + 1] += a[1];
+                tail[row] += b[0];
+                tail[row + 1] += b[1];
+            }
         }
-    }
-    for (k, pair) in rest.chunks_exact(2).enumerate() {
-        let row = place(k);
+    });
+    let at = update.len() - 2 * border.len();
+    for (p, pair) in border.iter().zip(update[at..].chunks_exact(2)) {
+        let row = place(p);
         vector[row] += pair[0];
         vector[row + 1] += pair[1];
     }
