@@ -268,27 +268,25 @@ fn pack<T: Float>(out: &mut [T], b: Matrix<T>, first: usize, width: usize, colum
     }
 }
 
-/// Copies rows `row..end` of A (up to `HEIGHT`), depth `slab`, so that one step of the depth lies together; rows that
-/// are missing become zero.
+/// Rows `row..end` of A (up to `HEIGHT`), depth `slab`, one step of the depth after the other, with its place in
+/// the slab; rows that are missing are zero.
 #[inline(always)]
-fn pack_rows<T: Float, const HEIGHT: usize>(
-    out: &mut [T],
+fn steps<T: Float, const HEIGHT: usize>(
     a: Matrix<T>,
     row: usize,
     end: usize,
     slab: core::ops::Range<usize>,
+    mut put: impl FnMut(usize, [T; HEIGHT]),
 ) {
     let there = end - row;
-    let (steps, _) = out.as_chunks_mut::<HEIGHT>();
     if a.row == 1 && there == HEIGHT {
-        for (step, k) in steps.iter_mut().zip(slab) {
-            step.copy_from_slice(&a.data[row + k * a.column..][..HEIGHT]);
+        for (i, k) in slab.enumerate() {
+            let column = &a.data[row + k * a.column..][..HEIGHT];
+            put(i, core::array::from_fn(|r| column[r]));
         }
         return;
     }
-    for (step, k) in steps.iter_mut().zip(slab) {
-        for (r, x) in step.iter_mut().enumerate() {
-            *x = if r < there { a.data[(row + r) * a.row + k * a.column] } else { T::ZERO };
-        }
+    for (i, k) in slab.enumerate() {
+        put(i, core::array::from_fn(|r| if r < there { a.data[(row + r) * a.row + k * a.column] } else { T::ZERO }));
     }
 }

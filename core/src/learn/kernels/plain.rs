@@ -1,6 +1,6 @@
 //! The plain path: rows of C in array code, for every machine and both number types; the reference of the others.
 
-use super::{Float, Rows, SLAB, pack_rows, panel_of};
+use super::{Float, Rows, SLAB, panel_of, steps};
 
 /// Columns of a tile and of a packed panel.
 pub(super) const WIDTH: usize = 8;
@@ -13,8 +13,8 @@ pub(super) fn fill_rows<T: Float>(task: Rows<T>, fused: impl Fn(T, T, T) -> T + 
     for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
         for row in (0..count).step_by(HEIGHT) {
             let height = HEIGHT.min(count - row);
-            let mut left = [T::ZERO; HEIGHT * SLAB];
-            pack_rows::<T, HEIGHT>(&mut left, a, row, row + height, slab.clone());
+            let mut left = [[T::ZERO; HEIGHT]; SLAB];
+            steps(a, row, row + height, slab.clone(), |k, step| left[k] = step);
             let begins = begins_at_zero && slab.start == 0;
             for column in (0..columns).step_by(WIDTH) {
                 let width = WIDTH.min(columns - column);
@@ -23,7 +23,7 @@ pub(super) fn fill_rows<T: Float>(task: Rows<T>, fused: impl Fn(T, T, T) -> T + 
                 for (r, line) in tile.iter_mut().enumerate().take(if begins { 0 } else { height }) {
                     line[..width].copy_from_slice(&rows[(row + r) * columns + column..][..width]);
                 }
-                for (x, y) in left.chunks_exact(HEIGHT).zip(panel.chunks_exact(WIDTH)) {
+                for (x, y) in left.iter().zip(panel.chunks_exact(WIDTH)) {
                     for (line, &x) in tile.iter_mut().zip(x) {
                         line.iter_mut().zip(y).for_each(|(c, &y)| *c = fused(x, y, *c));
                     }

@@ -17,7 +17,8 @@ macro_rules! tiles {
      $broadcast:ident, $fused:ident) => {
         mod $module {
             use super::*;
-            use crate::learn::kernels::{PACKED_ROWS, Rows, SLAB, pack_rows, panel_of, tiles::HEIGHT};
+            use crate::learn::kernels::{PACKED_ROWS, Rows, SLAB, panel_of, steps, tiles::HEIGHT};
+            use core::mem::MaybeUninit;
 
             pub const WIDTH: usize = $lanes * $vectors;
 
@@ -41,7 +42,8 @@ macro_rules! tiles {
             unsafe fn walk<const TILES: usize>(task: Rows<f32>) {
                 let Rows { rows, columns, depth, a, packed, begins_at_zero } = task;
                 let count = rows.len() / columns;
-                let mut left = [[0.0; HEIGHT * SLAB]; TILES];
+                // Clearing it would take a tenth of a small product's time.
+                let mut left = [[MaybeUninit::<[f32; HEIGHT]>::uninit(); SLAB]; TILES];
                 for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
                     let begins = begins_at_zero && slab.start == 0;
                     for block in (0..count).step_by(if TILES == 1 { count } else { TILES * HEIGHT }) {
@@ -50,13 +52,7 @@ macro_rules! tiles {
                         // With one tile of memory that is the last, ragged one.
                         let first = if TILES == 1 { end / HEIGHT * HEIGHT } else { block };
                         for (row, out) in (first..end).step_by(HEIGHT).zip(&mut left) {
-                            pack_rows::<f32, HEIGHT>(
-                                &mut out[..HEIGHT * slab.len()],
-                                a,
-                                row,
-                                end.min(row + HEIGHT),
-                                slab.clone(),
-                            );
+                            steps(a, row, end.min(row + HEIGHT), slab.clone(), |k, step| _ = out[k].write(step));
                         }
                         for column in (0..columns).step_by(WIDTH) {
                             let panel = &packed[panel_of(&slab, column, columns, WIDTH)];
@@ -66,7 +62,7 @@ macro_rules! tiles {
                                     assert!(rows.len() >= (HEIGHT - 1) * a.row + slab.end);
                                     (rows[slab.start..].as_ptr(), a.row, 1)
                                 } else {
-                                    (left[if TILES == 1 { 0 } else { i }].as_ptr(), 1, HEIGHT)
+                                    (left[if TILES == 1 { 0 } else { i }].as_ptr().cast(), 1, HEIGHT)
                                 };
                                 let (height, width) = (HEIGHT.min(end - row), WIDTH.min(columns - column));
                                 let at = row * columns + column;
