@@ -21,7 +21,7 @@ mod product_tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use crate::base::workers::{Serial, Workers, for_each_chunk};
+use crate::base::workers::{Workers, for_each_chunk};
 pub use float::Float;
 
 /// Slope of LeakyReLU below zero.
@@ -35,8 +35,8 @@ const PACKED_ROWS: usize = 24;
 const ROWS: usize = 66;
 /// Widest panel of any path, for sizes of memory.
 const WIDEST: usize = 64;
-/// Products with fewer multiplications than this run on the calling thread: handing out costs more (10 to 20 us).
-const WORTH_SHARING: usize = 1 << 17;
+/// Products with fewer multiplications than this are one task: handing out costs more (10 to 20 us).
+const WORTH_SHARING: usize = 1 << 19;
 
 /// How the f32 products are computed; all give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,12 +110,11 @@ impl Shape {
         self.columns.next_multiple_of(WIDEST).saturating_mul(self.depth)
     }
 
-    fn work(self) -> usize {
-        self.rows.saturating_mul(self.columns).saturating_mul(self.depth)
-    }
-
     /// Rows of a task: a multiple of every tile's height; fewer where C is low, so that two threads share it evenly.
     fn block(self) -> usize {
+        if self.rows.saturating_mul(self.columns).saturating_mul(self.depth) < WORTH_SHARING {
+            return self.rows;
+        }
         (self.rows / if self.rows < 4 * ROWS { 5 } else { 8 }).next_multiple_of(6).clamp(12, ROWS)
     }
 }
@@ -199,7 +198,6 @@ pub fn product<T: Float>(
     if rows == 0 || columns == 0 {
         return;
     }
-    let workers = if shape.work() < WORTH_SHARING { &Serial } else { workers };
     let width = T::panel(path);
     let packed = &mut packed[..columns.next_multiple_of(width) * depth];
     if depth > 0 {
