@@ -62,11 +62,12 @@ pub fn for_each_chunk<T: Send>(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use std::{thread, vec};
 
-    struct Backwards;
+    /// A thread for each task, the last one begun first.
+    pub(crate) struct Backwards;
     impl Workers for Backwards {
         fn run(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
             thread::scope(|scope| {

@@ -252,6 +252,7 @@ mod tests {
     use super::*;
     use crate::base::random::hash;
     use crate::base::workers::Serial;
+    use crate::base::workers::tests::Backwards;
     use std::{vec, vec::Vec};
 
     fn partners(triangles: &[GridTriangle]) -> Vec<u32> {
@@ -259,6 +260,9 @@ mod tests {
         let mut partner = vec![7; triangles.len()];
         let count = overlaps(&mut partner, triangles, Scratch::new(&mut bytes), &Serial).unwrap();
         assert_eq!(count, partner.iter().filter(|p| **p != NONE).count());
+        let mut again = vec![7; triangles.len()];
+        overlaps(&mut again, triangles, Scratch::new(&mut bytes), &Backwards).unwrap();
+        assert_eq!(partner, again, "threads change what is found");
         partner
     }
 

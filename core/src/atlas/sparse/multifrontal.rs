@@ -272,19 +272,9 @@ mod tests {
     use super::super::front::FrontMatrix;
     use super::*;
     use crate::base::random::unit_f64;
+    use crate::base::workers::tests::Backwards;
     use glam::DVec3;
     use std::{vec, vec::Vec};
-
-    struct Backwards;
-    impl Workers for Backwards {
-        fn run(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
-            std::thread::scope(|scope| {
-                for i in (0..count).rev() {
-                    scope.spawn(move || task(i));
-                }
-            });
-        }
-    }
 
     /// A grid graph of side x side nodes, and its springs.
     #[allow(clippy::type_complexity)]

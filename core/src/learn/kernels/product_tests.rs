@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::base::random::unit_f32;
+use crate::base::workers::Serial;
 use std::{eprintln, thread, vec, vec::Vec};
 
 const SHAPES: [(usize, usize, usize); 12] = [
