@@ -153,6 +153,22 @@ mod tests {
     }
 
     #[test]
+    fn wider_vectors_give_the_bits_of_the_plain_loops() {
+        // Ragged rows and columns; one block, so that the two loops are all there is to it.
+        for (m, own) in [(1, 1), (7, 3), (23, 8), (45, 29), (77, BLOCK)] {
+            let at = |r: usize, c: usize| if r == c { m as f64 } else { unit_f64(4, c as u64, r as u64) - 0.5 };
+            let mut plain: Vec<f64> = (0..m * m).map(|i| at(i % m, i / m)).collect();
+            let mut vectors = plain.clone();
+            partial_cholesky(&mut vectors, m, own, &Serial);
+            let (block, behind) = plain.split_at_mut(own * m);
+            eliminate(block, m, 0);
+            behind.chunks_mut(TASK * m).enumerate().for_each(|(task, x)| update(x, own + task * TASK, block, m));
+            let bits = |a: &[f64]| a.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&plain), bits(&vectors), "{m} {own}");
+        }
+    }
+
+    #[test]
     fn a_pivot_of_zero_holds_its_unknown() {
         let mut a = vec![0.0, 1.0, 1.0, 2.0];
         partial_cholesky(&mut a, 2, 2, &Serial);
