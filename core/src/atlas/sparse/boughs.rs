@@ -14,7 +14,7 @@ pub(super) const BOUGH: usize = 1000;
 /// The columns of boughs are kept in systems of up to so many nodes.
 pub(super) const KEPT: usize = 20_000;
 /// Boughs that are eliminated at the same time.
-pub(super) const LANES: usize = 8;
+pub(super) const LANES: usize = 16;
 
 /// What a factorisation needs to know beside the fronts.
 #[derive(Clone, Copy)]
