@@ -8,6 +8,8 @@
 
 use super::grid::{GridTriangle, counter_clockwise, doubled_area, some_side_separates};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
+use crate::base::stack::Stack;
 use crate::mesh::view::NONE;
 use bytemuck::{Pod, Zeroable};
 
@@ -29,7 +31,7 @@ pub fn overlaps(
     triangles: &[GridTriangle],
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
-    assert_eq!(partner.len(), triangles.len(), "one partner a triangle");
+    debug_assert_eq!(partner.len(), triangles.len(), "one partner a triangle");
     scratch.require(overlaps_need(triangles.len()))?;
     partner.fill(NONE);
     let order = morton_order(triangles, scratch.take::<u64>(triangles.len())?);
@@ -139,7 +141,7 @@ fn morton_order<'a>(triangles: &[GridTriangle], keys: &'a mut [u64]) -> &'a mut 
         count += 1;
     }
     let keys = &mut keys[..count];
-    keys.sort_unstable();
+    sort::ascending(keys);
     keys
 }
 
@@ -178,7 +180,7 @@ impl<'a> Tree<'a> {
         start[1] = triangles.len().div_ceil(CHILDREN);
         while start[levels + 1] - start[levels] > 1 {
             levels += 1;
-            let (below, above) = nodes.split_at_mut(start[levels]);
+            let (below, above) = nodes.split_at_mut_checked(start[levels]).unwrap_or_default();
             let below = below[start[levels - 1]..].chunks(CHILDREN);
             start[levels + 1] = start[levels] + below.len();
             above.iter_mut().zip(below).for_each(|(node, c)| {
@@ -193,7 +195,7 @@ impl<'a> Tree<'a> {
         let triangle = &self.triangles[slot];
         let bound = Octagon::of(triangle);
         // Each level leaves at most seven siblings behind.
-        let mut stack = heapless::Vec::<(u8, u32), { (CHILDREN - 1) * LEVELS + 1 }>::new();
+        let mut stack = Stack::<(u8, u32), { (CHILDREN - 1) * LEVELS + 1 }>::new();
         let mut next = Some((self.levels as u8 - 1, 0));
         while let Some((level, index)) = next {
             let level = level as usize;
@@ -202,8 +204,7 @@ impl<'a> Tree<'a> {
                 if level > 0 {
                     let end = (first + CHILDREN).min(self.start[level] - self.start[level - 1]);
                     for child in (first..end).rev() {
-                        let pushed = stack.push((level as u8 - 1, child as u32));
-                        assert!(pushed.is_ok(), "the stack holds all siblings of a level");
+                        stack.push((level as u8 - 1, child as u32));
                     }
                 } else {
                     let end = (first + CHILDREN).min(self.triangles.len());

@@ -95,7 +95,10 @@ impl<'a> Board<'a> {
         let (word, shift) = (x / 64, x % 64);
         // Every seventh row first: neighbours tell much the same.
         for (first, step) in [(3, 7), (0, 1)] {
-            for row in (first..mask.height).step_by(step) {
+            let mut next = first;
+            while next < mask.height {
+                let row = next;
+                next += step;
                 let line = &self.blocked[(y + row) * words + word..(y + row + 1) * words];
                 let mut carry = 0u64;
                 for (i, &bits) in mask.row(row).iter().enumerate() {

@@ -7,6 +7,7 @@
 use super::dense::partial_cholesky;
 use super::dissection::{Front, Symbolic};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use glam::DVec2;
 
@@ -123,7 +124,7 @@ impl<'a> Bench<'a> {
         partial_cholesky(values, m, own, workers);
         for c in 0..own {
             let column = &values[c * m..(c + 1) * m];
-            let (done, below) = vector.split_at_mut(c + 1);
+            let (done, below) = vector.split_at_mut_checked(c + 1).unwrap_or_default();
             done[c] /= column[c];
             below.iter_mut().zip(&column[c + 1..]).for_each(|(v, l)| *v -= done[c] * l);
         }
@@ -149,10 +150,10 @@ impl<'a> Bench<'a> {
         let mut at = 0;
         for c in self.own..self.m {
             let column = &self.matrix[c * self.m + c..(c + 1) * self.m];
-            out[at..at + column.len()].copy_from_slice(column);
+            out[at..at + column.len()].copy_from(column);
             at += column.len();
         }
-        out[at..].copy_from_slice(&self.vector[self.own..self.m]);
+        out[at..].copy_from(&self.vector[self.own..self.m]);
     }
 }
 
@@ -171,16 +172,17 @@ fn extend_add(
     let mut rest = update;
     for c in 0..border.len() {
         let side = 2 * (border.len() - c);
-        let (first, after) = rest.split_at(side);
-        let (second, after) = after.split_at(side - 1);
-        rest = after;
+        let (first, second) = (&rest[..side], &rest[side..2 * side - 1]);
+        rest = &rest[2 * side - 1..];
         let to = place(c);
-        let (head, tail) = values[to * m..].split_at_mut(m);
+        let (head, tail) = values[to * m..].split_at_mut_checked(m).unwrap_or_default();
         head[to] += first[0];
         head[to + 1] += first[1];
         tail[to + 1] += second[0];
         // Borders ascend and so do the parent's places: row >= column holds there too.
-        for (r, (a, b)) in (c + 1..).zip(first[2..].chunks_exact(2).zip(second[1..].chunks_exact(2))) {
+        for (r, (a, b)) in
+            (c + 1..).zip(first[2..].as_chunks::<2>().0.iter().zip(second[1..].as_chunks::<2>().0.iter()))
+        {
             let row = place(r);
             head[row] += a[0];
             head[row + 1] += a[1];
@@ -188,7 +190,7 @@ fn extend_add(
             tail[row + 1] += b[1];
         }
     }
-    for (k, pair) in rest.chunks_exact(2).enumerate() {
+    for (k, pair) in rest.as_chunks::<2>().0.iter().enumerate() {
         let row = place(k);
         vector[row] += pair[0];
         vector[row + 1] += pair[1];
@@ -221,9 +223,9 @@ impl Unknowns<'_> {
     pub fn back(&mut self, front: &Front, columns: &[f32], symbolic: &Symbolic, part: &mut [f64]) {
         let (m, own) = (front.size(), front.own());
         let first = 2 * (front.first as usize - self.first);
-        part[..own].copy_from_slice(&self.own[first..first + own]);
+        part[..own].copy_from(&self.own[first..first + own]);
         for (k, p) in symbolic.border[front.border_range()].iter().enumerate() {
-            part[own + 2 * k..own + 2 * k + 2].copy_from_slice(&self.get(*p));
+            part[own + 2 * k..own + 2 * k + 2].copy_from(&self.get(*p));
         }
         let mut end = front.column_len();
         for c in (0..own).rev() {
@@ -237,6 +239,6 @@ impl Unknowns<'_> {
             }
             part[c] = (part[c] - ((sums[0] + sums[1]) + (sums[2] + sums[3]))) / f64::from(column[0]);
         }
-        self.own[first..first + own].copy_from_slice(&part[..own]);
+        self.own[first..first + own].copy_from(&part[..own]);
     }
 }
