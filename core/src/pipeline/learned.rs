@@ -232,7 +232,7 @@ fn largest(pieces: &Pieces) -> ([u32; MOST], usize) {
         let at = order[..count].iter().position(|q| size(*q) < size(p)).unwrap_or(count);
         if at < MOST {
             count = (count + 1).min(MOST);
-            order.copy_within(at..count - 1, at + 1);
+            (at + 1..count).rev().for_each(|i| order[i] = order[i - 1]);
             order[at] = p;
         }
     }

@@ -47,7 +47,7 @@ pub fn merge(
     area.copy_from(share);
     let near = scratch.take_filled::<f64>(m, f64::INFINITY)?;
     let nearest = scratch.take_filled::<u32>(m, NONE)?;
-    for (i, row) in sum.chunks_exact_mut(m.max(1)).enumerate() {
+    for (i, row) in sum.rows_mut(m).enumerate() {
         row.iter_mut().zip(share).for_each(|(x, a)| *x *= a * share[i]);
     }
     let mut clusters = Clusters { sum, adjacent, area, near, nearest };

@@ -232,11 +232,15 @@ impl Unknowns<'_> {
             let column = &columns[end - (m - c)..end];
             end -= m - c;
             let mut sums = [0.0; 4];
-            for (p, l) in part[c + 1..m].chunks(4).zip(column[1..].chunks(4)) {
+            let mut add = |p: &[f64], l: &[f32]| {
                 for ((s, p), l) in sums.iter_mut().zip(p).zip(l) {
                     *s += p * f64::from(*l);
                 }
-            }
+            };
+            let ((fours, rest), (column_fours, column_rest)) =
+                (part[c + 1..m].as_chunks::<4>(), column[1..].as_chunks::<4>());
+            fours.iter().zip(column_fours).for_each(|(p, l)| add(p, l));
+            add(rest, column_rest);
             part[c] = (part[c] - ((sums[0] + sums[1]) + (sums[2] + sums[3]))) / f64::from(column[0]);
         }
         self.own[first..first + own].copy_from(&part[..own]);
