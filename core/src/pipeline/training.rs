@@ -19,6 +19,7 @@ use crate::learn::run::Run;
 use crate::learn::train::{Input, Output, Sample, Settings, TrainError, train_need};
 use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::view::NONE;
+use core::fmt::{self, Display, Formatter, Write};
 use core::mem::take;
 use glam::{DVec2, DVec3};
 
@@ -246,6 +247,19 @@ fn start_from(
     Ok(len)
 }
 
+/// A number with four decimals, written by integers: the standard library's own writing of floats holds paths that panic.
+struct Decimal(f32);
+
+impl Display for Decimal {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        if !self.0.is_finite() {
+            return f.write_str("not finite");
+        }
+        let parts = (f64::from(self.0.abs()) * 1e4 + 0.5) as u64;
+        write!(f, "{}{}.{:04}", if self.0 < 0.0 { "-" } else { "" }, parts / 10_000, parts % 10_000)
+    }
+}
+
 /// Tells people the losses of a run.
 fn tell(run: &Run, progress: &mut dyn Progress) {
     let (Sample { step, losses }, settings) = (run.last(), run.settings());
@@ -254,8 +268,22 @@ fn tell(run: &Run, progress: &mut dyn Progress) {
         let mut text = heapless::String::<256>::new();
         for loss in Loss::ALL.iter().filter(on) {
             // What does not fit is left out.
-            let _ = core::fmt::write(&mut text, format_args!(" {} {:.4}", loss.name(), losses[*loss as usize]));
+            let _ = write!(text, " {} {}", loss.name(), Decimal(losses[*loss as usize]));
         }
         progress.note(format_args!("step {step} of {}:{text}", settings.steps));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Decimal;
+    use std::format;
+
+    #[test]
+    fn a_decimal_reads_as_the_standard_library_would_write_it() {
+        for x in [0.0f32, 1.0, 0.25, 0.123_46, 12.000_04, 3.999_96, 1e6, 7e-9, -2.5] {
+            assert_eq!(format!("{}", Decimal(x)), format!("{x:.4}"));
+        }
+        assert_eq!(format!("{}", Decimal(f32::NAN)), "not finite");
     }
 }
