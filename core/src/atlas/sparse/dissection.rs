@@ -230,7 +230,7 @@ fn halve_by_place(range: &mut [u32], at: &[DVec3]) {
     let axis = (high - low).max_position();
     let along = |i: &u32| at[*i as usize].to_array()[axis];
     let middle = range.len() / 2;
-    range.select_nth_unstable_by(middle, |a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
+    sort::select_by(range, middle, |a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
 }
 
 /// Marks the first half of the nodes with `stamp`, the others with `stamp + 1`; returns the size of the smaller side's
