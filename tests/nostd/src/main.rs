@@ -40,7 +40,7 @@ struct Text {
 impl Write for Text {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         let to = self.bytes.get_mut(self.len..self.len + text.len()).ok_or(fmt::Error)?;
-        to.copy_from_slice(text.as_bytes());
+        to.iter_mut().zip(text.bytes()).for_each(|(to, byte)| *to = byte);
         self.len += text.len();
         Ok(())
     }
