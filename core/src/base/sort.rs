@@ -91,10 +91,9 @@ fn partition<T: Copy>(items: &mut [T], before: &mut impl FnMut(&T, &T) -> bool) 
 fn gather<T: Copy>(items: &mut [T], mut goes_first: impl FnMut(&T) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {
-        let item = items[i];
-        items[i] = items[count];
-        items[count] = item;
-        count += usize::from(goes_first(&item));
+        let is_first = goes_first(&items[i]);
+        items.swap(i, count);
+        count += usize::from(is_first);
     }
     count
 }

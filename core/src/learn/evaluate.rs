@@ -75,7 +75,9 @@ pub fn evaluate(
     let mut inner = scratch.frame();
     let values = inner.take::<f32>(tape.value_count())?;
     values[..weights.len()].copy_from(weights);
-    for (q, positions) in q.chunks_mut(2 * CHUNK).zip(positions.chunks(3 * CHUNK)) {
+    let mut parts = q.chunks_mut(2 * CHUNK);
+    for positions in positions.chunks(3 * CHUNK) {
+        let Some(q) = parts.next() else { break };
         frame.apply(&mut points.of_mut(values)[..positions.len()], positions);
         let scratch = inner.frame();
         tape.forward(&mut Replay { values, gradients: &mut [], indices: &mut [], scratch, path, workers }, 1)?;

@@ -174,18 +174,18 @@ impl<'a> Tree<'a> {
     fn new(triangles: &'a [GridTriangle], nodes: &'a mut [Octagon]) -> Self {
         let mut start = [0; LEVELS + 1];
         let mut levels = 0;
-        for (node, leaf) in nodes.iter_mut().zip(triangles.chunks(CHILDREN)) {
-            *node = leaf.iter().fold(Octagon::EMPTY, |b, t| b.join(&Octagon::of(t)));
+        for (i, leaf) in triangles.chunks(CHILDREN).enumerate() {
+            nodes[i] = leaf.iter().fold(Octagon::EMPTY, |b, t| b.join(&Octagon::of(t)));
         }
         start[1] = triangles.len().div_ceil(CHILDREN);
         while start[levels + 1] - start[levels] > 1 {
             levels += 1;
             let (below, above) = nodes.split_at_mut_checked(start[levels]).unwrap_or_default();
-            let below = below[start[levels - 1]..].chunks(CHILDREN);
-            start[levels + 1] = start[levels] + below.len();
-            above.iter_mut().zip(below).for_each(|(node, c)| {
-                *node = c.iter().fold(Octagon::EMPTY, |b, child| b.join(child));
-            });
+            let below = &below[start[levels - 1]..];
+            start[levels + 1] = start[levels] + below.len().div_ceil(CHILDREN);
+            for (i, c) in below.chunks(CHILDREN).enumerate() {
+                above[i] = c.iter().fold(Octagon::EMPTY, |b, child| b.join(child));
+            }
         }
         Self { triangles, nodes, start, levels: levels + 1 }
     }

@@ -230,10 +230,16 @@ pub struct Tape {
     group: u32,
 }
 
+impl Default for Tape {
+    fn default() -> Self {
+        Self { steps: [None; MAX_OPERATIONS], step_count: 0, vars: 0, values: 0, indices: 0, group: 1 }
+    }
+}
+
 impl Tape {
     /// An empty graph.
     pub fn new() -> Self {
-        Self { steps: [None; MAX_OPERATIONS], step_count: 0, vars: 0, values: 0, indices: 0, group: 1 }
+        Self::default()
     }
 
     /// Operations recorded from now on belong to `group` (one bit): replays name the groups that take part.
