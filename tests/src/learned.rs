@@ -114,7 +114,10 @@ impl<T: Float> Learned<T> {
     pub fn backward(&mut self, weights: &LossWeights, active: u32, workers: &dyn Workers) {
         self.replay(workers, |graph, run| {
             let parameters = graph.backbone.parameters();
-            graph.tape.backward(run, &graph.seeds(weights, active), active, parameters.as_flattened()).expect("enough scratch");
+            graph
+                .tape
+                .backward(run, &graph.seeds(weights, active), active, parameters.as_flattened())
+                .expect("enough scratch");
         });
     }
 }
