@@ -221,7 +221,7 @@ mod tests {
             let mut calls = 0;
             let mut lie = |_: &u32, _: &u32| {
                 calls += 1;
-                if random::hash(3, 0, calls) % 2 == 0 { Ordering::Less } else { Ordering::Greater }
+                if random::hash(3, 0, calls).is_multiple_of(2) { Ordering::Less } else { Ordering::Greater }
             };
             let (mut sorted, mut selected) = (list.clone(), list.clone());
             by(&mut sorted, &mut lie);
