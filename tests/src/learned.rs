@@ -113,8 +113,11 @@ impl<T: Float> Learned<T> {
     /// Gradients of the weighted losses of the set `active`.
     pub fn backward(&mut self, weights: &LossWeights, active: u32, workers: &dyn Workers) {
         self.replay(workers, |graph, run| {
-            let parameters: Vec<_> = graph.backbone.parameters().collect();
-            graph.tape.backward(run, &graph.seeds(weights, active), active, &parameters).expect("enough scratch");
+            let parameters = graph.backbone.parameters();
+            graph
+                .tape
+                .backward(run, &graph.seeds(weights, active), active, parameters.as_flattened())
+                .expect("enough scratch");
         });
     }
 }

@@ -53,8 +53,9 @@ fn learned<T: Float>(data: &Value, path: Path) -> Learned<T> {
     let side = lattice_side(surface.exposure.len());
     let radius = data["repel_radius"].as_f64().expect("a radius");
     let mut learned = Learned::new(&surface, widths, radius * (side - 1) as f64 / 2.0, path);
-    let vars: Vec<_> = learned.graph.backbone.parameters().collect();
-    vars.into_iter().zip(parameters(&data["params"])).for_each(|(var, from)| learned.set(var, &from));
+    let vars = learned.graph.backbone.parameters();
+    let pairs = vars.as_flattened().iter().zip(parameters(&data["params"]));
+    pairs.for_each(|(var, from)| learned.set(*var, &from));
     learned.set(learned.graph.grid, &numbers("grid"));
     learned
 }
@@ -62,8 +63,8 @@ fn learned<T: Float>(data: &Value, path: Path) -> Learned<T> {
 /// The gradient of each parameter for the weighted losses, after a forward run.
 fn gradients<T: Float>(run: &mut Learned<T>, weights: &LossWeights) -> Vec<Vec<f64>> {
     run.backward(weights, weights.active(0), &Serial);
-    let of = |p: Var| p.of(&run.gradients).iter().map(|g| g.wide()).collect();
-    run.graph.backbone.parameters().map(of).collect()
+    let of = |p: &Var| p.of(&run.gradients).iter().map(|g| g.wide()).collect();
+    run.graph.backbone.parameters().as_flattened().iter().map(of).collect()
 }
 
 /// Weights and biases by name, in our order.

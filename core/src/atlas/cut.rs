@@ -11,6 +11,7 @@ use super::surface::Surface;
 use crate::base::heap::Heap;
 use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::sort;
 use crate::base::union_find::UnionFind;
 use crate::mesh::loops::next_on_border;
 use crate::mesh::view::{MeshView, NONE, next};
@@ -255,7 +256,7 @@ fn find_tips(
     }
     let order = scratch.take::<u32>(n)?;
     order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
-    order.sort_unstable_by(|a, b| mean[*b as usize].total_cmp(&mean[*a as usize]).then(a.cmp(b)));
+    sort::by(order, |a, b| mean[*b as usize].total_cmp(&mean[*a as usize]).then(a.cmp(b)));
     for v in order.iter() {
         let k = component[*v as usize] as usize;
         let m = mean[*v as usize];
@@ -334,7 +335,7 @@ fn cut_handles(
         }
     }
     let list = &mut list[..len];
-    list.sort_unstable();
+    sort::ascending(list);
     let parent = scratch.take::<u32>(faces + loop_count)?;
     let mut dual = UnionFind::new(parent);
     for [_, c] in list.iter() {

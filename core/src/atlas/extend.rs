@@ -10,6 +10,8 @@ use super::cut::Paths;
 use super::surface::Surface;
 use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use crate::mesh::view::next;
 use glam::DVec2;
 
@@ -51,7 +53,7 @@ pub fn extend(
             }
             smooth[v as usize] = sum / total.max(1e-300);
         }
-        density.copy_from_slice(smooth);
+        density.copy_from(smooth);
     }
     let mut paths = Paths::new(n, &mut scratch)?;
     let on_cut = scratch.take::<u8>(n)?;
@@ -85,7 +87,7 @@ pub fn extend(
         score[v] = for_decision(along[v] * length[v] / paths.cost[v].max(1e-300));
     }
     let order = &mut order[..len];
-    order.sort_unstable_by(|a, b| score[*b as usize].total_cmp(&score[*a as usize]).then(a.cmp(b)));
+    sort::by(order, |a, b| score[*b as usize].total_cmp(&score[*a as usize]).then(a.cmp(b)));
     let near = scratch.take::<u8>(n)?;
     let mut added = 0;
     let best = order.first().map_or(0.0, |v| score[*v as usize]);

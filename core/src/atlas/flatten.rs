@@ -78,7 +78,7 @@ pub fn tutte(
     }
     // Each inner edge appears in two triangles, once each way: half its stiffness from each.
     let springs = scratch.take::<Spring>(3 * piece.triangles.len())?;
-    for (three, t) in springs.chunks_exact_mut(3).zip(piece.triangles) {
+    for (three, t) in springs.as_chunks_mut::<3>().0.iter_mut().zip(piece.triangles) {
         for i in 0..3 {
             let (a, b) = (t[i], t[(i + 1) % 3]);
             three[i] = Spring { a, b, weight: 0.5 / length(a, b) };

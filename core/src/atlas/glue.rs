@@ -12,10 +12,12 @@ use super::relax::{Piece, Stop, relax, relax_need};
 use super::surface::Surface;
 use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use crate::base::workers::Serial;
 use crate::mesh::grid::{GridPoint, grid_bits, interiors_meet};
 use crate::mesh::view::{NONE, next};
 use bytemuck::{Pod, Zeroable};
+use core::num::NonZero;
 use glam::{DVec2, DVec3};
 
 /// Charts above this share of all area are not moved.
@@ -85,7 +87,7 @@ pub fn glue_small(
         }
     }
     let order = &mut order[..len];
-    order.sort_unstable();
+    sort::ascending(order);
     let mut homes = Homes::new(charts, &mut scratch)?;
     let local = scratch.take_filled::<u32>(3 * faces, NONE)?;
     let mut glued = 0;
@@ -166,13 +168,14 @@ fn try_chart(
         }
         Some(len)
     })?;
+    let Some(around) = NonZero::new(border.len()) else { return Ok(None) };
     let runs = scratch.take::<Run>(border.len())?;
-    let count = find_runs(runs, border, cut, k as u32, homes, surface);
+    let count = find_runs(runs, border, around, cut, k as u32, homes, surface);
     let runs = &mut runs[..count];
-    runs.sort_unstable_by(|a, b| b.saved.total_cmp(&a.saved).then(a.first.cmp(&b.first)));
+    sort::by(runs, |a, b| b.saved.total_cmp(&a.saved).then(a.first.cmp(&b.first)));
     for run in runs.iter().take(if limits.one { TRIES_FOR_ONE } else { TRIES }) {
         let run: Run = *run;
-        let edge = |i: u32| border[((run.first + i) as usize) % border.len()];
+        let edge = |i: u32| border[(run.first + i) as usize % around];
         let into = homes.of_face(surface.twin[edge(0) as usize] / 3);
         let mut frame = scratch.frame();
         let mut trial = Trial::new(uv, cut, faces, local, surface, &mut frame)?;
@@ -194,19 +197,25 @@ fn try_chart(
 }
 
 /// Longest stretches of the border with one neighbour across, whose border runs along without a branch.
-fn find_runs(runs: &mut [Run], border: &[u32], cut: &[u8], own: u32, homes: &Homes, surface: &Surface) -> usize {
-    let n = border.len();
+fn find_runs(
+    runs: &mut [Run],
+    border: &[u32],
+    around: NonZero<usize>,
+    cut: &[u8],
+    own: u32,
+    homes: &Homes,
+    surface: &Surface,
+) -> usize {
+    let n = around.get();
+    let at = |i: usize| border[i % around] as usize;
     let neighbour = |i: usize| {
-        let t = surface.twin[border[i % n] as usize];
-        (t != NONE && surface.cost[border[i % n] as usize].is_finite())
-            .then(|| homes.of_face(t / 3))
-            .filter(|h| *h != own)
+        let t = surface.twin[at(i)];
+        (t != NONE && surface.cost[at(i)].is_finite()).then(|| homes.of_face(t / 3)).filter(|h| *h != own)
     };
     let joined = |i: usize| {
         neighbour(i).is_some()
             && neighbour(i) == neighbour(i + 1)
-            && surface.following(cut, surface.twin[border[(i + 1) % n] as usize])
-                == surface.twin[border[i % n] as usize]
+            && surface.following(cut, surface.twin[at(i + 1)]) == surface.twin[at(i)]
     };
     let mut count = 0;
     let begin = (0..n).find(|i| !joined(*i)).map_or(0, |i| i + 1);
@@ -219,9 +228,9 @@ fn find_runs(runs: &mut [Run], border: &[u32], cut: &[u8], own: u32, homes: &Hom
         if neighbour(i).is_some() {
             // A run around the whole border would leave no border: it stops one edge short.
             let len = (end - i + 1).min(n - 1);
-            let saved = (i..i + len).map(|j| surface.cost[border[j % n] as usize]).sum();
+            let saved = (i..i + len).map(|j| surface.cost[at(j)]).sum();
             if len > 0 {
-                runs[count] = Run { first: (i % n) as u32, count: len as u32, saved };
+                runs[count] = Run { first: (i % around) as u32, count: len as u32, saved };
                 count += 1;
             }
         }

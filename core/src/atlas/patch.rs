@@ -8,6 +8,7 @@ use super::energy::Rest;
 use super::relax::{Piece, Stop, relax, relax_need};
 use super::surface::Surface;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use crate::base::workers::Workers;
 use crate::mesh::view::NONE;
 use glam::{DVec2, DVec3};
@@ -95,7 +96,7 @@ fn grow<'a>(
         }
     }
     let faces = &mut queue[..tail];
-    faces.sort_unstable();
+    sort::ascending(faces);
     Ok(faces)
 }
 

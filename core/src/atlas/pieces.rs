@@ -7,6 +7,7 @@ use super::energy::{Rest, even_out};
 use super::seams::{Budget, MOLLIFY, SeamError, make_charts, make_charts_need};
 use super::surface::Surface;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Serial, Workers, for_each_chunk};
 use crate::mesh::view::{MeshView, NONE, next};
 use glam::{DVec2, DVec3};
@@ -86,7 +87,7 @@ impl<'a> Pieces<'a> {
             face_start[p + 1] += face_start[p];
         }
         let next_face = frame.take::<u32>(pieces)?;
-        next_face.copy_from_slice(&face_start[..pieces]);
+        next_face.copy_from(&face_start[..pieces]);
         for (f, p) in piece.iter().enumerate() {
             let at = &mut next_face[*p as usize];
             place[f] = *at;
@@ -115,7 +116,7 @@ impl<'a> Pieces<'a> {
             }
         }
         vertex_start[pieces] = total;
-        for (r, corner) in rest.iter_mut().zip(source.chunks_exact(3)) {
+        for (r, corner) in rest.iter_mut().zip(source.as_chunks::<3>().0.iter()) {
             *r = Rest::new([0, 1, 2].map(|i| mesh.position(corner[i])), MOLLIFY);
         }
         for p in 0..pieces {
@@ -228,10 +229,7 @@ pub fn unwrap_pieces(
                 if SMALL * len / 3 > total || (wave.remaining() < need && !jobs.is_empty()) {
                     break;
                 }
-                let (uv, rest) = uv_left.split_at_mut(len);
-                uv_left = rest;
-                let (cut, rest) = cut_left.split_at_mut(len);
-                cut_left = rest;
+                let (uv, cut) = (take_first(&mut uv_left, len), take_first(&mut cut_left, len));
                 jobs.push(Job { piece: p, uv, cut, scratch: Some(wave.split(need)?), result: Ok(()) }).ok();
                 p += 1;
             }

@@ -9,6 +9,7 @@ use super::energy::Rest;
 use super::sparse::{Factor, FrontMatrix, Symbolic};
 use super::walls::{Walls, walls_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::workers::{Workers, for_each_chunk};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
@@ -115,7 +116,7 @@ impl<'a> System<'a> {
         {
             let mut frame = temporary.frame();
             let at = frame.take::<u32>(piece.free)?;
-            at.copy_from_slice(&start[..piece.free]);
+            at.copy_from(&start[..piece.free]);
             for (a, b) in edges() {
                 neighbours[at[a as usize] as usize] = b;
                 at[a as usize] += 1;
@@ -257,7 +258,7 @@ pub fn relax(
     };
     let step = spare.take::<DVec2>(x.len())?; // held nodes keep a zero step
     let trial = spare.take::<DVec2>(x.len())?;
-    trial.copy_from_slice(x);
+    trial.copy_from(x);
     while done.steps < stop.steps {
         let here = &*x;
         walls.derivatives(here, pushes);
@@ -316,7 +317,7 @@ pub fn relax(
         if !found {
             break;
         }
-        x[..free].copy_from_slice(&trial[..free]);
+        x[..free].copy_from(&trial[..free]);
     }
     done.after = now;
     Ok(done)

@@ -27,6 +27,7 @@ use super::transfer::{transfer, transfer_need};
 use super::zip::{Goal, Which, zip, zip_need};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::mesh::collapse::Collapse;
 use crate::mesh::decimate::{decimate, decimate_need};
@@ -348,7 +349,7 @@ impl Search<'_> {
                 if !(self.proceed)() {
                     return Err(SeamError::Stopped);
                 }
-                rest.copy_from_slice(self.surface.rest);
+                rest.copy_from(self.surface.rest);
                 gather(rest, self.uv);
                 self.relax(GATHER_STOP, rest, frame.frame())?;
             }
@@ -421,8 +422,8 @@ fn cut_by_proxy(
         if done.faces > coarse_faces.len() || done.vertices > vertex.len() {
             return Ok(false);
         }
-        coarse_faces[..done.faces].copy_from_slice(&full_faces[..done.faces]);
-        vertex[..done.vertices].copy_from_slice(&full_vertex[..done.vertices]);
+        coarse_faces[..done.faces].copy_from(&full_faces[..done.faces]);
+        vertex[..done.vertices].copy_from(&full_vertex[..done.vertices]);
         done
     };
     let (coarse_faces, vertex) = (&coarse_faces[..done.faces], &vertex[..done.vertices]);

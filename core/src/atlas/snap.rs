@@ -8,6 +8,7 @@
 
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use crate::base::union_find::UnionFind;
 use crate::mesh::grid::{GRID_BITS, GridPoint, doubled_area};
 use glam::DVec2;
@@ -39,7 +40,7 @@ pub fn packing_step(area: f64, size: u32) -> f64 {
 
 /// Area of all faces in UV; `uv` stands at corners.
 pub fn uv_area(uv: &[DVec2]) -> f64 {
-    0.5 * uv.chunks_exact(3).map(|t| (t[1] - t[0]).perp_dot(t[2] - t[0]).max(0.0)).sum::<f64>()
+    0.5 * uv.as_chunks::<3>().0.iter().map(|t| (t[1] - t[0]).perp_dot(t[2] - t[0]).max(0.0)).sum::<f64>()
 }
 
 /// Puts the copies of a vertex that a cut has parted by hardly anything on one point. `pairs` are nodes on two sides of a
@@ -88,7 +89,7 @@ pub fn mark_rejoined(
     let order = scratch.take::<u32>(points.len())?;
     order.iter_mut().enumerate().for_each(|(i, n)| *n = i as u32);
     let key = |n: u32| (vertex[n as usize], chart_of_node[n as usize], points[n as usize].x(), n);
-    order.sort_unstable_by_key(|n| key(*n));
+    sort::by_key(order, |n| key(*n));
     for (i, a) in order.iter().enumerate() {
         let at = key(*a);
         for b in &order[i + 1..] {

@@ -10,12 +10,14 @@ use super::surface::Surface;
 use super::wedge_paths::{Go, WedgePaths};
 use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::sort;
 use crate::base::union_find::UnionFind;
 use crate::base::workers::Workers;
 use crate::mesh::grid::{GridPoint, GridTriangle, grid_bits};
 use crate::mesh::overlap::overlaps;
 use crate::mesh::view::NONE;
 use bytemuck::{Pod, Zeroable};
+use core::num::NonZero;
 use glam::DVec2;
 
 /// Factor on the cost of a cut through an overlapping region: such a cut leaves an overlap behind.
@@ -143,7 +145,7 @@ fn clashes<'a>(
         let area = surface.rest[f].area;
         *clash = Clash { chart: chart[f], x: a.min(b), y: a.max(b), face: f as u32, area };
     }
-    list.sort_unstable_by_key(|c| (c.chart, c.x, c.y, c.face));
+    sort::by_key(list, |c| (c.chart, c.x, c.y, c.face));
     let mut best = 0; // list[..best]: the largest of each chart so far
     let mut at = 0;
     while at < count {
@@ -207,27 +209,38 @@ impl<'a> Search<'a> {
             self.position[node[c as usize] as usize] = len as u32;
             len += 1;
         }
-        self.part(cut, changed, side, len, node, surface);
+        if let Some(len) = NonZero::new(len) {
+            self.part(cut, changed, side, len, node, surface);
+        }
         for c in &self.border[..len] {
             self.position[node[*c as usize] as usize] = NONE;
         }
     }
 
-    /// Cuts the cheapest path between the two arcs of the border (of `len` half-edges) that lie between X and Y.
-    fn part(&mut self, cut: &mut [u8], changed: &mut [u8], side: &[u8], len: usize, node: &[u32], surface: &Surface) {
-        let label = |i: usize| side[(self.border[i % len] / 3) as usize];
+    /// Cuts the cheapest path between the two arcs of the border (of `around` half-edges) that lie between X and Y.
+    fn part(
+        &mut self,
+        cut: &mut [u8],
+        changed: &mut [u8],
+        side: &[u8],
+        around: NonZero<usize>,
+        node: &[u32],
+        surface: &Surface,
+    ) {
+        let len = around.get();
+        let label = |i: usize| side[(self.border[i % around] / 3) as usize];
         let Some((x0, x1)) = longest_run(len, 0, len, label, X) else { return };
         let Some((y0, y1)) = longest_run(len, x1 + 1, len - (x1 + 1 - x0), label, Y) else { return };
         // Arc A: after X up to Y; arc B: after Y up to X (positions count on past the end of the list).
         let (a, b) = ((x1 + 1, y0), (y1 + 1, x0 + len));
         let (position, border) = (&*self.position, &*self.border);
-        let target = |position: u32| (b.0..=b.1).any(|i| i % len == position as usize);
+        let target = |position: u32| (b.0..=b.1).any(|i| i % around == position as usize);
         let mut end = NONE;
         self.paths.grow(
             surface,
             cut,
             node,
-            (a.0..=a.1).map(|i| node[border[i % len] as usize]),
+            (a.0..=a.1).map(|i| node[border[i % around] as usize]),
             |edge, across| {
                 let (s, o) = (side[(edge / 3) as usize], side[(across / 3) as usize]);
                 surface.cost[edge as usize] * if s != FREE && s == o { THROUGH } else { 1.0 }

@@ -15,6 +15,7 @@ use super::surface::Surface;
 use crate::base::heap::Heap;
 use crate::base::real::{for_cost, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use crate::mesh::view::{NONE, next, prev};
 use glam::DVec2;
 
@@ -108,7 +109,7 @@ fn usual(q: &[DVec2], surface: &Surface, scratch: &mut Scratch) -> Result<Usual,
         sum += if det < 0.0 { -rest.area } else { rest.area };
         *a = det.abs();
     }
-    areas.sort_unstable_by(f64::total_cmp);
+    sort::by(areas, f64::total_cmp);
     let scale = sqrt(areas.get(areas.len() / 2).copied().unwrap_or(1.0));
     let scale = if scale.is_finite() && scale > 0.0 { scale } else { 1.0 };
     Ok(Usual { scale, sign: if sum < 0.0 { -1.0 } else { 1.0 } })

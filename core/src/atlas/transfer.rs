@@ -12,6 +12,7 @@ use super::slide::{Slides, slide, slide_need};
 use super::surface::Surface;
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::mesh::collapse::{Collapse, CornerTable, Side, fan};
 use crate::mesh::view::{NONE, next};
 
@@ -121,9 +122,9 @@ fn unfold(
 ) -> Result<(), ScratchTooSmall> {
     let n = wanted.len();
     let faces = scratch.take::<[u32; 3]>(fine.mesh.faces.len())?;
-    faces.copy_from_slice(fine.mesh.faces);
+    faces.copy_from(fine.mesh.faces);
     let twin = scratch.take::<u32>(3 * faces.len())?;
-    twin.copy_from_slice(fine.twin);
+    twin.copy_from(fine.twin);
     let dead = scratch.take::<u8>(faces.len())?;
     let border = scratch.take::<u8>(n)?;
     for v in 0..n as u32 {
@@ -140,7 +141,7 @@ fn unfold(
     }
     graph.cut.fill(0);
     let live = (0..dead.len()).filter(|f| dead[*f] == 0);
-    for (f, flags) in live.zip(coarse_cut.chunks_exact(3)) {
+    for (f, flags) in live.zip(coarse_cut.as_chunks::<3>().0.iter()) {
         for (i, flag) in flags.iter().enumerate().filter(|(_, flag)| **flag != 0) {
             graph.cut[3 * f + i] = *flag;
             graph.degree[graph.table.faces[f][i] as usize] += 1;

@@ -8,6 +8,7 @@
 use super::relax::Piece;
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use glam::DVec2;
 
 /// Distance at which pushing begins, over the shorter of the edge lengths: short enough to bend nothing.
@@ -105,7 +106,7 @@ impl<'w> Walls<'w> {
             boxes[i] = [low - margin, high + margin];
             order[i] = i as u32;
         }
-        order.sort_unstable_by(|i, j| boxes[*i as usize][0].x.total_cmp(&boxes[*j as usize][0].x).then(i.cmp(j)));
+        sort::by(order, |i, j| boxes[*i as usize][0].x.total_cmp(&boxes[*j as usize][0].x).then(i.cmp(j)));
         for (k, i) in order.iter().enumerate() {
             let i = *i as usize;
             for j in &order[k + 1..] {

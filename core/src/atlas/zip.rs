@@ -18,6 +18,8 @@ use super::surface::Surface;
 use super::transfer::{far_end, is_border};
 use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use crate::base::workers::Workers;
 use crate::mesh::view::next;
 use bytemuck::{Pod, Zeroable};
@@ -108,7 +110,7 @@ pub fn zip(
             tried += 1;
             let path = &list[p.first as usize..(p.first + p.count) as usize];
             let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
-            old_uv.copy_from_slice(uv);
+            old_uv.copy_from(uv);
             let cap = goal.worst.max(worst(uv, surface.rest));
             let before = if goal.bulky { 0.0 } else { hulls(ends, uv, cut, surface, frame.frame())? };
             path.iter().for_each(|c| surface.set_cut(cut, *c, false));
@@ -125,7 +127,7 @@ pub fn zip(
                 surface.set_cut(cut, *c, true);
                 failed[*c as usize] = 1;
             }
-            uv.copy_from_slice(old_uv);
+            uv.copy_from(old_uv);
         }
         if !better {
             return Ok(zipped);
@@ -253,7 +255,7 @@ fn find_paths<'a>(
         count += 1;
     }
     let paths = &mut paths[..count];
-    paths.sort_unstable_by(|a, b| b.score.total_cmp(&a.score).then(a.first.cmp(&b.first)));
+    sort::by(paths, |a, b| b.score.total_cmp(&a.score).then(a.first.cmp(&b.first)));
     Ok((list, paths))
 }
 

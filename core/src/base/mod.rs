@@ -2,10 +2,14 @@
 
 pub mod buckets;
 pub mod heap;
+
 pub mod progress;
 pub mod random;
 pub mod real;
 pub mod scratch;
+pub mod slices;
+pub mod sort;
+pub mod stack;
 pub mod union_find;
 pub mod vector;
 pub mod workers;

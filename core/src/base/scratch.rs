@@ -1,10 +1,11 @@
 //! Bump allocation over one byte slice that the caller owns.
 //!
 //! [`Scratch::take`] hands out zeroed typed slices; [`Scratch::frame`] opens a scope whose memory comes back when
-//! the frame is dropped. Safe Rust only: `mem::take`, `split_at_mut` and `bytemuck` casts.
+//! the frame is dropped. Safe Rust only: `mem::take`, splitting of slices and `bytemuck` casts.
 //! Limits: a slice is aligned by skipping bytes, so a frame may use up to `align - 1` bytes more a slice than its data.
 
-use bytemuck::Pod;
+use super::slices::take_first;
+use bytemuck::{Pod, pod_align_to_mut};
 use core::mem::{align_of, size_of, take};
 
 /// Alignment that [`bytes_for`] assumes for every slice: the largest that a stage uses.
@@ -62,15 +63,12 @@ impl<'a> Scratch<'a> {
 
     /// Like [`take`](Self::take), with whatever stood in the memory: for a slice that is written before it is read.
     pub fn take_unset<T: Pod>(&mut self, count: usize) -> Result<&'a mut [T], ScratchTooSmall> {
+        let given = self.free.len();
         let skip = self.free.as_ptr().align_offset(align_of::<T>());
-        let bytes = count.saturating_mul(size_of::<T>());
-        let need = skip.saturating_add(bytes);
-        if need > self.free.len() {
-            return Err(ScratchTooSmall { need, given: self.free.len() });
-        }
-        let (used, rest) = take(&mut self.free).split_at_mut(need);
-        self.free = rest;
-        Ok(bytemuck::cast_slice_mut(&mut used[skip..]))
+        let need = skip.saturating_add(count.saturating_mul(size_of::<T>()));
+        self.require(need)?;
+        let (_, values, _) = pod_align_to_mut(take_first(&mut self.free, need));
+        values.get_mut(..count).ok_or(ScratchTooSmall { need, given })
     }
 
     /// Like [`take`](Self::take), with every value set to `value`.
@@ -87,27 +85,21 @@ impl<'a> Scratch<'a> {
         write: impl FnOnce(&mut [T]) -> Option<usize>,
     ) -> Result<&'a mut [T], ScratchTooSmall> {
         let given = self.free.len();
-        let free = take(&mut self.free);
-        let skip = free.as_ptr().align_offset(align_of::<T>()).min(given);
-        let count = (given - skip) / size_of::<T>();
-        let (used, rest) = free.split_at_mut(skip + count * size_of::<T>());
-        let values: &mut [T] = bytemuck::cast_slice_mut(&mut used[skip..]);
+        // What is left at the end for less than one T is given up.
+        let (_, mut values, _) = pod_align_to_mut(take(&mut self.free));
         let Some(len) = write(values) else {
             return Err(ScratchTooSmall { need: given + 1, given });
         };
-        let (values, unused) = values.split_at_mut(len.min(count));
-        // `unused` and `rest` are one stretch of memory; the few bytes of `rest` (less than one T) are given up.
-        let _ = rest;
-        self.free = bytemuck::cast_slice_mut(unused);
-        Ok(values)
+        let len = len.min(values.len());
+        let used = take_first(&mut values, len);
+        (_, self.free, _) = pod_align_to_mut(values);
+        Ok(used)
     }
 
     /// Splits off `bytes` free bytes as an allocator of their own, for a task that runs beside this one.
     pub fn split(&mut self, bytes: usize) -> Result<Scratch<'a>, ScratchTooSmall> {
         self.require(bytes)?;
-        let (part, rest) = take(&mut self.free).split_at_mut(bytes);
-        self.free = rest;
-        Ok(Scratch { free: part })
+        Ok(Scratch { free: take_first(&mut self.free, bytes) })
     }
 
     /// A scope: what it takes comes back when it ends.

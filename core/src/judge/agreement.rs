@@ -8,6 +8,8 @@
 
 use super::assignment::{Shared, assign, assign_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use crate::mesh::view::NONE;
 
 /// What two labelings have in common. Distances are shares in [0, 1].
@@ -121,16 +123,16 @@ impl<'t> Table<'t> {
         let order = &mut order[..faces];
         let squares = order.iter().fold(0.0, |sum, f| sum + area[*f as usize] * area[*f as usize]);
         // Columns by rank of the reference's labels.
-        order.sort_unstable_by_key(|f| (reference[*f as usize], *f));
+        sort::by_key(order, |f| (reference[*f as usize], *f));
         let mut columns = 0;
-        for group in order.chunk_by(|a, b| reference[*a as usize] == reference[*b as usize]) {
+        for group in order.runs(|a, b| reference[*a as usize] == reference[*b as usize]) {
             group.iter().for_each(|f| place[*f as usize] = columns);
             columns += 1;
         }
-        order.sort_unstable_by_key(|f| (ours[*f as usize], place[*f as usize], *f));
+        sort::by_key(order, |f| (ours[*f as usize], place[*f as usize], *f));
         let (mut entries, mut rows) = (0, 0);
-        for row in order.chunk_by(|a, b| ours[*a as usize] == ours[*b as usize]) {
-            for cell in row.chunk_by(|a, b| place[*a as usize] == place[*b as usize]) {
+        for row in order.runs(|a, b| ours[*a as usize] == ours[*b as usize]) {
+            for cell in row.runs(|a, b| place[*a as usize] == place[*b as usize]) {
                 column[entries] = place[cell[0] as usize];
                 counts[entries] = cell.len() as f64;
                 areas[entries] = cell.iter().fold(0.0, |sum, f| sum + area[*f as usize]);

@@ -7,6 +7,7 @@ use super::input::Areas;
 use super::wedges::UvTopology;
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use crate::mesh::view::NONE;
 use bytemuck::{Pod, Zeroable};
 
@@ -72,7 +73,7 @@ pub fn atlas(topology: &UvTopology, areas: Areas, mut scratch: Scratch) -> Resul
         count += 1;
     }
     let density = &mut density[..count];
-    density.sort_unstable_by(f64::total_cmp);
+    sort::by(density, f64::total_cmp);
     let extreme = |pick: fn(f64, f64) -> f64| charts.iter().fold(f64::NAN, |x, c| pick(x, c.uv));
     Ok(Atlas {
         uv_area: charts.iter().fold(0.0, |sum, c| sum + c.uv),

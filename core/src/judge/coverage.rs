@@ -8,6 +8,7 @@
 use super::input::{UvBox, UvMesh};
 use crate::base::real::ceil;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use glam::DVec2;
 
 /// Texels by how often they are covered.
@@ -59,7 +60,7 @@ pub fn coverage(
         add_spans(steps, texels, side);
     }
     let mut out = Coverage { resolution, ..Coverage::default() };
-    for row in steps.chunks(side + 1) {
+    for row in steps.rows(side + 1) {
         let mut depth = 0;
         for step in &row[..side] {
             depth += step;

@@ -8,6 +8,8 @@
 use crate::base::heap::Heap;
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use crate::mesh::view::NONE;
 use crate::mesh::weld::{weld, weld_need};
 use glam::DVec3;
@@ -90,9 +92,9 @@ impl<'m, 'g> Graph<'m, 'g> {
                 sides[3 * t + i] = [a.min(b), a.max(b), t as u32];
             }
         }
-        sides.sort_unstable();
+        sort::ascending(sides);
         let mut count = 0;
-        for group in sides.chunk_by(|a, b| a[..2] == b[..2]).filter(|g| g[0][0] != g[0][1]) {
+        for group in sides.runs(|a, b| a[..2] == b[..2]).filter(|g| g[0][0] != g[0][1]) {
             edges[count] = [group[0][0], group[0][1]];
             let differs = |labels: &[u32]| {
                 let mut known = group.iter().map(|s| labels[s[2] as usize]).filter(|l| *l != NONE);

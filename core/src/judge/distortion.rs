@@ -9,6 +9,7 @@
 use super::input::{Areas, UvMesh};
 use crate::base::real::{atan2, exp, ln, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use glam::{DVec2, DVec3};
 
 /// A face is degenerate when its area is at most this share of the mean face's.
@@ -319,9 +320,10 @@ fn percentile(values: &mut [f64], share: f64) -> f64 {
     let place = share * last as f64;
     let below = place as usize;
     let rest = place - below as f64;
-    let (_, low, above) = values.select_nth_unstable_by(below, f64::total_cmp);
-    let high = above.iter().copied().fold(f64::INFINITY, f64::min);
-    if rest > 0.0 { *low + (high - *low) * rest } else { *low }
+    sort::select_by(values, below, f64::total_cmp);
+    let low = values[below];
+    let high = values[below + 1..].iter().copied().fold(f64::INFINITY, f64::min);
+    if rest > 0.0 { low + (high - low) * rest } else { low }
 }
 
 #[cfg(test)]

@@ -11,6 +11,8 @@ use super::input::UvMesh;
 use crate::base::buckets::{Buckets, buckets_need};
 use crate::base::real::floor;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use crate::base::union_find::UnionFind;
 use crate::mesh::view::NONE;
 use bytemuck::{Pod, Zeroable};
@@ -107,9 +109,9 @@ fn weld(welded: &mut [u32], positions: &[DVec3], mut scratch: Scratch) -> Result
         let (p, q) = (place(a), place(b));
         p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z))
     };
-    order.sort_unstable_by(|a, b| compare(*a, *b).then(a.cmp(b)));
+    sort::by(order, |a, b| compare(*a, *b).then(a.cmp(b)));
     let mut count = 0;
-    for group in order.chunk_by(|a, b| compare(*a, *b) == Ordering::Equal) {
+    for group in order.runs(|a, b| compare(*a, *b) == Ordering::Equal) {
         group.iter().for_each(|v| welded[*v as usize] = group[0]);
         count += 1;
     }
@@ -135,8 +137,8 @@ fn weld_uv(
     let mut count = 0;
     for v in 0..corners.key_count() {
         let here = corners.get_mut(v);
-        here.sort_unstable_by_key(|c| (cell(*c), *c));
-        for group in here.chunk_by(|a, b| cell(*a) == cell(*b)) {
+        sort::by_key(here, |c| (cell(*c), *c));
+        for group in here.runs(|a, b| cell(*a) == cell(*b)) {
             group.iter().for_each(|c| wedge[*c as usize / 3][*c as usize % 3] = count as u32);
             count += 1;
         }
@@ -162,8 +164,9 @@ struct Ends<'a> {
 
 impl Ends<'_> {
     fn face_side(&self, half_edge: u32) -> (usize, usize) {
-        let faces = self.triangles.len();
-        (half_edge as usize % faces, half_edge as usize / faces)
+        let (at, faces) = (half_edge as usize, self.triangles.len());
+        let side = usize::from(at >= faces) + usize::from(at >= 2 * faces);
+        (at - side * faces, side)
     }
 
     /// (low vertex, high vertex).
@@ -202,8 +205,8 @@ fn join(
     let mut edge_count = 0;
     for v in 0..half_edges.key_count() {
         let here = half_edges.get_mut(v);
-        here.sort_unstable_by_key(|h| (ends.vertices(*h).1, *h));
-        for group in here.chunk_by(|a, b| ends.vertices(*a).1 == ends.vertices(*b).1) {
+        sort::by_key(here, |h| (ends.vertices(*h).1, *h));
+        for group in here.runs(|a, b| ends.vertices(*a).1 == ends.vertices(*b).1) {
             let mut seam = false;
             for pair in group.windows(2) {
                 if ends.wedges(pair[0]) == ends.wedges(pair[1]) {
@@ -255,8 +258,8 @@ fn count_euler(
         let chart_of = |c: &u32| chart[*c as usize / 3];
         for w in 0..wedge_count {
             let here = corners.get_mut(w);
-            here.sort_unstable_by_key(chart_of);
-            here.chunk_by(|a, b| chart_of(a) == chart_of(b)).for_each(|g| euler[chart_of(&g[0]) as usize] += 1);
+            sort::by_key(here, chart_of);
+            here.runs(|a, b| chart_of(a) == chart_of(b)).for_each(|g| euler[chart_of(&g[0]) as usize] += 1);
         }
     }
     let pair = |h: &u32| {
@@ -267,8 +270,8 @@ fn count_euler(
     let mut half_edges = Buckets::new(wedge_count, 3 * faces, key, &mut scratch)?;
     for w in 0..wedge_count {
         let here = half_edges.get_mut(w);
-        here.sort_unstable_by_key(pair);
-        here.chunk_by(|a, b| pair(a) == pair(b)).for_each(|g| euler[pair(&g[0]).2 as usize] -= 1);
+        sort::by_key(here, pair);
+        here.runs(|a, b| pair(a) == pair(b)).for_each(|g| euler[pair(&g[0]).2 as usize] -= 1);
     }
     Ok(())
 }

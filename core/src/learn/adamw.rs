@@ -40,14 +40,14 @@ pub fn update<T: Float>(
     let scale = T::of(1.0 / sqrt(1.0 - pow(BETA2, step as f64)));
     let (shrink, epsilon) = (T::of(1.0 - rate * DECAY), T::of(EPSILON));
     for_each_chunk(workers, moments, 2 * CHUNK, &|task, moments| {
-        for (m, g) in moments.chunks_exact_mut(2).zip(&gradients[task * CHUNK..]) {
+        for (m, g) in moments.as_chunks_mut::<2>().0.iter_mut().zip(&gradients[task * CHUNK..]) {
             m[0] = keep * m[0] + add * *g;
             m[1] = keep2 * m[1] + add2 * *g * *g;
         }
     });
     let moments = &*moments;
     for_each_chunk(workers, weights, CHUNK, &|task, weights| {
-        for (w, m) in weights.iter_mut().zip(moments[2 * task * CHUNK..].chunks_exact(2)) {
+        for (w, m) in weights.iter_mut().zip(moments[2 * task * CHUNK..].as_chunks::<2>().0.iter()) {
             *w = shrink * *w - size * m[0] / (sqrt(m[1]) * scale + epsilon);
         }
     });

@@ -9,6 +9,7 @@ use super::kernels::Float;
 use super::tape::{Activation, Tape, Var};
 use crate::base::random::unit_f64;
 use crate::base::real::sqrt;
+use crate::base::slices::take_first;
 
 /// Layers of all four networks.
 pub const LAYERS: usize = 25;
@@ -65,12 +66,11 @@ pub fn initialise<T: Float>(weights: &mut [T], widths: Widths, seed: u64) {
     let mut rest = weights;
     for (layer, (inputs, outputs)) in widths.layers().into_iter().enumerate() {
         let count = ((inputs + 1) * outputs).min(rest.len());
-        let (now, later) = rest.split_at_mut(count);
+        let now = take_first(&mut rest, count);
         let bound = 1.0 / sqrt(inputs.max(1) as f64);
         for (i, w) in now.iter_mut().enumerate() {
             *w = T::of((unit_f64(seed, layer as u64, i as u64) * 2.0 - 1.0) * bound);
         }
-        rest = later;
     }
 }
 
@@ -95,8 +95,8 @@ impl Backbone {
     }
 
     /// Weight and bias of every layer, in the order of [`NAMES`].
-    pub fn parameters(&self) -> impl Iterator<Item = Var> {
-        self.layers.iter().flat_map(|(w, b)| [*w, *b])
+    pub fn parameters(&self) -> [[Var; 2]; LAYERS] {
+        self.layers.map(|(w, b)| [w, b])
     }
 
     /// An MLP; `hidden` gets the outputs of all layers but the last.
@@ -116,10 +116,9 @@ impl Backbone {
     /// decode([x; encode(x)]).
     fn coded(&self, tape: &mut Tape, [encode, decode]: [(usize, usize); 2], x: Var, hidden: &mut [Var]) -> Var {
         let middle = hidden.len() / 2;
-        let (in_encode, in_decode) = hidden.split_at_mut(middle);
-        let code = self.mlp(tape, encode, x, in_encode);
+        let code = self.mlp(tape, encode, x, &mut hidden[..middle]);
         let joined = tape.concat(x, code);
-        self.mlp(tape, decode, joined, in_decode)
+        self.mlp(tape, decode, joined, &mut hidden[middle..])
     }
 
     /// Qhat (n, 2) of lattice points (n, 2).

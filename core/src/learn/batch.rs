@@ -10,6 +10,7 @@ use super::tape::{NONE, REST, SEAM_NEIGHBOURS, cosines, rest_of};
 use crate::base::buckets::{Buckets, buckets_need};
 use crate::base::random::hash;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 
 /// One in this many points of a batch has a seam score, and as many faces are looked at. 2 costs a third more a step, 8
 /// makes the seam loss of 1,000 points jump by its own size.
@@ -55,7 +56,7 @@ pub(super) fn rings(
     let vertices = out.len() / SEAM_NEIGHBOURS;
     let mut frame = scratch.frame();
     let corners = Buckets::new(vertices, faces.len(), |corner| Some(faces[corner as usize]), &mut frame)?;
-    for (i, out) in out.chunks_exact_mut(SEAM_NEIGHBOURS).enumerate() {
+    for (i, out) in out.as_chunks_mut::<SEAM_NEIGHBOURS>().0.iter_mut().enumerate() {
         let mut near = [(f32::INFINITY, NONE); SEAM_NEIGHBOURS];
         for &corner in corners.get(i) {
             let face = corner as usize / 3 * 3;
@@ -104,13 +105,13 @@ impl<'a> Sampler<'a> {
         let sizes = graph.sizes;
         if sizes.points == self.order.len() {
             if step == 0 {
-                graph.positions.of_mut(values).copy_from_slice(mesh.positions);
-                graph.normals.of_mut(values).copy_from_slice(mesh.normals);
-                graph.exposure.of_mut(values).copy_from_slice(mesh.exposure);
-                graph.ring.of_mut(indices).copy_from_slice(mesh.ring);
+                graph.positions.of_mut(values).copy_from(mesh.positions);
+                graph.normals.of_mut(values).copy_from(mesh.normals);
+                graph.exposure.of_mut(values).copy_from(mesh.exposure);
+                graph.ring.of_mut(indices).copy_from(mesh.ring);
                 let target = graph.target.of_mut(values).iter_mut().zip(mesh.target);
                 target.for_each(|(to, from)| *to = *from);
-                graph.faces.of_mut(indices).copy_from_slice(mesh.faces);
+                graph.faces.of_mut(indices).copy_from(mesh.faces);
                 fill_faces(graph, values, indices);
             }
             return;
@@ -123,8 +124,8 @@ impl<'a> Sampler<'a> {
         copy_rows(graph.positions.of_mut(values), mesh.positions, drawn);
         copy_rows(graph.normals.of_mut(values), mesh.normals, drawn);
         if !mesh.target.is_empty() {
-            for (to, i) in graph.target.of_mut(values).chunks_exact_mut(2).zip(drawn) {
-                to.copy_from_slice(&mesh.target[2 * *i as usize..][..2]);
+            for (to, i) in graph.target.of_mut(values).as_chunks_mut::<2>().0.iter_mut().zip(drawn) {
+                to.copy_from(&mesh.target[2 * *i as usize..][..2]);
             }
         }
         let exposed = graph.exposure.of_mut(values).iter_mut().zip(drawn);
@@ -142,7 +143,7 @@ impl<'a> Sampler<'a> {
             }
         }
         let face_count = (mesh.faces.len() / 3).max(1) as u64;
-        for (k, corners) in graph.faces.of_mut(indices).chunks_exact_mut(3).enumerate() {
+        for (k, corners) in graph.faces.of_mut(indices).as_chunks_mut::<3>().0.iter_mut().enumerate() {
             let face = (hash(self.seed, FACES + step as u64, k as u64) % face_count) as usize;
             copy_rows(&mut graph.positions.of_mut(values)[3 * row..], mesh.positions, &mesh.faces[3 * face..][..3]);
             corners.iter_mut().enumerate().for_each(|(c, corner)| *corner = (row + c) as u32);
@@ -162,7 +163,7 @@ impl<'a> Sampler<'a> {
 }
 
 fn copy_rows(to: &mut [f32], from: &[f32], rows: &[u32]) {
-    to.chunks_exact_mut(3).zip(rows).for_each(|(to, &i)| to.copy_from_slice(&from[3 * i as usize..][..3]));
+    to.as_chunks_mut::<3>().0.iter_mut().zip(rows).for_each(|(to, &i)| to.copy_from(&from[3 * i as usize..][..3]));
 }
 
 /// Cosines and rest shapes of the batch's faces, areas as shares of their sum.
@@ -178,10 +179,10 @@ fn fill_faces(graph: &Graph, values: &mut [f32], indices: &[u32]) {
         let angles = cosines(positions, face);
         area += rest[4];
         graph.rest.of_mut(values)[REST * k..][..REST].iter_mut().zip(rest).for_each(|(to, x)| *to = x as f32);
-        graph.cosines.of_mut(values)[3 * k..][..3].copy_from_slice(&angles);
+        graph.cosines.of_mut(values)[3 * k..][..3].copy_from(&angles);
     }
     let share = if area > 0.0 { (1.0 / area) as f32 } else { 0.0 };
-    graph.rest.of_mut(values).chunks_exact_mut(REST).for_each(|rest| rest[4] *= share);
+    graph.rest.of_mut(values).as_chunks_mut::<REST>().0.iter_mut().for_each(|rest| rest[4] *= share);
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use super::backbone::{Backbone, Widths};
 use super::kernels::Path;
 use super::tape::{Replay, SEAM_NEIGHBOURS, Tape, Var};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 
 /// Points of a chunk: at width 512 its values take 12 MB. 256 shares the products worse between threads.
@@ -22,7 +23,7 @@ impl Frame {
     /// The frame of positions (n, 3); the unit frame where they have no extent.
     pub fn of(positions: &[f32]) -> Self {
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for p in positions.chunks_exact(3) {
+        for p in positions.as_chunks::<3>().0.iter() {
             for c in 0..3 {
                 low[c] = low[c].min(p[c]);
                 high[c] = high[c].max(p[c]);
@@ -73,12 +74,14 @@ pub fn evaluate(
     let (tape, points, result) = graph(widths);
     let mut inner = scratch.frame();
     let values = inner.take::<f32>(tape.value_count())?;
-    values[..weights.len()].copy_from_slice(weights);
-    for (q, positions) in q.chunks_mut(2 * CHUNK).zip(positions.chunks(3 * CHUNK)) {
+    values[..weights.len()].copy_from(weights);
+    let mut parts = q.chunks_mut(2 * CHUNK);
+    for positions in positions.chunks(3 * CHUNK) {
+        let Some(q) = parts.next() else { break };
         frame.apply(&mut points.of_mut(values)[..positions.len()], positions);
         let scratch = inner.frame();
         tape.forward(&mut Replay { values, gradients: &mut [], indices: &mut [], scratch, path, workers }, 1)?;
-        q.copy_from_slice(&result.of(values)[..q.len()]);
+        q.copy_from(&result.of(values)[..q.len()]);
     }
     Ok(())
 }
@@ -106,10 +109,10 @@ pub fn seam_scores(
     let mut inner = scratch.frame();
     let values = inner.take::<f32>(tape.value_count())?;
     let indices = inner.take::<u32>(tape.index_count())?;
-    map.of_mut(values).copy_from_slice(q);
-    table.of_mut(indices).copy_from_slice(ring);
+    map.of_mut(values).copy_from(q);
+    table.of_mut(indices).copy_from(ring);
     let scratch = inner.frame();
     tape.forward(&mut Replay { values, gradients: &mut [], indices, scratch, path: Path::Plain, workers }, 1)?;
-    scores.copy_from_slice(seam.of(values));
+    scores.copy_from(seam.of(values));
     Ok(())
 }

@@ -290,10 +290,11 @@ impl Graph {
     pub fn fill_constants<T: Float>(&self, values: &mut [T]) {
         let side = self.sizes.side;
         let at = |i: usize| T::of(if side > 1 { 2.0 * i as f64 / (side - 1) as f64 - 1.0 } else { 0.0 });
-        for (i, row) in self.grid.of_mut(values).chunks_exact_mut(2).enumerate() {
-            (row[0], row[1]) = (at(i / side), at(i % side));
+        let lattice = (0..side).flat_map(|i| (0..side).map(move |j| (i, j)));
+        for (row, (i, j)) in self.grid.of_mut(values).as_chunks_mut::<2>().0.iter_mut().zip(lattice) {
+            *row = [at(i), at(j)];
         }
-        for (i, row) in self.units.of_mut(values).chunks_exact_mut(2).enumerate() {
+        for (i, row) in self.units.of_mut(values).as_chunks_mut::<2>().0.iter_mut().enumerate() {
             let is_first = i < self.sizes.points;
             (row[0], row[1]) = if is_first { (T::ONE, T::ZERO) } else { (T::ZERO, T::ONE) };
         }
@@ -310,6 +311,8 @@ impl Graph {
         let parts = on.flat_map(|loss| {
             self.losses[loss as usize].into_iter().flatten().map(move |part| (part, weights.0[loss as usize]))
         });
-        parts.collect()
+        let mut seeds = heapless::Vec::new();
+        parts.for_each(|seed| _ = seeds.push(seed));
+        seeds
     }
 }

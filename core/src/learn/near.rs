@@ -9,6 +9,9 @@
 
 use super::kernels::Float;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
+use crate::base::stack::Stack;
 
 /// Points of a leaf. 4 and 16 were slower on Spot.
 const LEAF: usize = 8;
@@ -48,7 +51,7 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
         let order = scratch.take_unset::<u32>(count)?;
         let boxes = scratch.take_unset::<T>(count * 2 * D)?;
         order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
-        let mut waiting = heapless::Vec::<(usize, usize), DEPTH>::new();
+        let mut waiting = Stack::<(usize, usize), DEPTH>::new();
         let mut range: (usize, usize) = (0, count);
         loop {
             let (low, high) = range;
@@ -59,8 +62,8 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
             };
             if high - low > LEAF {
                 let key = |i: &u32| points[*i as usize * D + widest];
-                order[low..high].select_nth_unstable_by(middle - low, |a, b| key(a).order(key(b)).then(a.cmp(b)));
-                waiting.push((middle + 1, high)).unwrap_or_else(|_| unreachable!("halves of 2^32 points"));
+                sort::select_by(&mut order[low..high], middle - low, |a, b| key(a).order(key(b)).then(a.cmp(b)));
+                waiting.push((middle + 1, high));
                 range = (low, middle);
             } else if let Some(next) = waiting.pop() {
                 range = next;
@@ -68,8 +71,8 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
                 break;
             }
         }
-        for (to, &i) in sorted.chunks_exact_mut(D).zip(&*order) {
-            to.copy_from_slice(&points[i as usize * D..][..D]);
+        for (to, &i) in sorted.as_chunks_mut::<D>().0.iter_mut().zip(&*order) {
+            to.copy_from(&points[i as usize * D..][..D]);
         }
         Ok(Self { points: sorted, order, boxes })
     }
@@ -78,7 +81,7 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
     pub fn nearest<const K: usize>(&self, at: &[T], within: T, except: Option<u32>) -> Found<T, K> {
         let mut found = Found { distance: [within; K], index: [u32::MAX; K], len: 0 };
         // Ranges to look at, each with the least squared distance that its points can have.
-        let mut waiting = heapless::Vec::<(usize, usize, T), DEPTH>::new();
+        let mut waiting = Stack::<(usize, usize, T), DEPTH>::new();
         let mut next = Some((0, self.order.len(), T::ZERO));
         while let Some((low, high, least)) = next.take().or_else(|| waiting.pop()) {
             if least > found.distance[K - 1] {
@@ -94,7 +97,7 @@ impl<'a, T: Float, const D: usize> Tree<'a, T, D> {
             let left = (low, middle, self.gap(at, low, middle));
             let right = (middle + 1, high, self.gap(at, middle + 1, high));
             let (near, far) = if left.2 <= right.2 { (left, right) } else { (right, left) };
-            waiting.push(far).unwrap_or_else(|_| unreachable!("one a level"));
+            waiting.push(far);
             next = Some(near);
         }
         found
@@ -158,8 +161,8 @@ fn surround<T: Float, const D: usize>(corners: &mut [T], points: &[T], listed: &
             }
         }
     }
-    corners[..D].copy_from_slice(&low);
-    corners[D..2 * D].copy_from_slice(&high);
+    corners[..D].copy_from(&low);
+    corners[D..2 * D].copy_from(&high);
     (1..D).fold(0, |best, c| if high[c] - low[c] > high[best] - low[best] { c } else { best })
 }
 

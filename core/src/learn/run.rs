@@ -12,6 +12,7 @@ use super::losses::{Graph, Loss, PerLoss};
 use super::tape::{Replay, SEAM_NEIGHBOURS, Var};
 use super::train::{Input, Output, Sample, Settings, Summary, TrainError, check, record, train_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 
 /// Steps between two looks at whether the map is the best so far.
@@ -26,7 +27,7 @@ pub struct Run<'a> {
     mesh: Mesh<'a>,
     settings: Settings,
     graph: Graph,
-    parameters: heapless::Vec<Var, { 2 * LAYERS }>,
+    parameters: [[Var; 2]; LAYERS],
     sampler: Sampler<'a>,
     values: &'a mut [f32],
     gradients: &'a mut [f32],
@@ -67,11 +68,11 @@ impl<'a> Run<'a> {
         let gradients = memory.take::<f32>(graph.tape.value_count())?;
         let indices = memory.take::<u32>(graph.tape.index_count())?;
         let moments = memory.take::<f32>(2 * output.weights.len())?;
-        let parameters = graph.backbone.parameters().collect();
+        let parameters = graph.backbone.parameters();
         graph.fill_constants(values);
         let count = output.weights.len();
         initialise(&mut values[..count], settings.widths, settings.seed);
-        output.weights.copy_from_slice(&values[..count]);
+        output.weights.copy_from(&values[..count]);
         let summary =
             Summary { steps: 0, best_step: 0, objective: f64::INFINITY, was_stopped: false, samples: 0, frame };
         Ok(Self {
@@ -127,7 +128,12 @@ impl<'a> Run<'a> {
         self.sampler.fill(graph, &self.mesh, step, values, indices);
         let mut replay = Replay { values, gradients, indices, scratch: self.memory.frame(), path, workers };
         graph.tape.forward(&mut replay, active)?;
-        graph.tape.backward(&mut replay, &graph.seeds(&settings.weights, active), active, &self.parameters)?;
+        graph.tape.backward(
+            &mut replay,
+            &graph.seeds(&settings.weights, active),
+            active,
+            self.parameters.as_flattened(),
+        )?;
         let now = graph.values(replay.values);
         let looked_at = |loss: &&Loss| loss.bit() & active != 0;
         for loss in Loss::ALL.iter().filter(looked_at) {
@@ -145,7 +151,7 @@ impl<'a> Run<'a> {
         let weights = &mut self.values[..count];
         // The gradient belongs to the weights before the step, so these are what the objective has judged.
         if (step.is_multiple_of(CHECK) || step + 1 == settings.steps) && smooth <= self.summary.objective {
-            self.output.weights.copy_from_slice(weights);
+            self.output.weights.copy_from(weights);
             (self.summary.best_step, self.summary.objective) = (step, smooth);
         }
         let rate = adamw::cosine_rate(settings.rate[0], settings.rate[1], step, settings.steps);
@@ -156,7 +162,7 @@ impl<'a> Run<'a> {
         self.last = Sample { step, losses: self.losses.map(|x| x as f32) };
         // Spread over the run; a curve that is longer than the run takes every step.
         let (curve, samples) = (&mut *self.output.curve, &mut self.summary.samples);
-        if step * curve.len() / settings.steps >= *samples && *samples < curve.len() {
+        if step * curve.len() >= *samples * settings.steps && *samples < curve.len() {
             curve[*samples] = self.last;
             *samples += 1;
         }
@@ -169,7 +175,7 @@ impl<'a> Run<'a> {
         let (summary, settings) = (&mut self.summary, &self.settings);
         // The last step's weights have no objective of their own yet; a run that came to its end keeps them.
         if summary.steps == settings.steps && summary.best_step + 1 == settings.steps {
-            weights.copy_from_slice(&self.values[..weights.len()]);
+            weights.copy_from(&self.values[..weights.len()]);
             summary.best_step = settings.steps;
         }
         evaluate(q, weights, settings.widths, &summary.frame, self.given, path, workers, &mut self.memory)?;

@@ -16,6 +16,7 @@ use super::view::{MeshView, NONE, next, prev};
 use crate::base::heap::Heap;
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use glam::DVec3;
 use heapless::Vec;
 
@@ -69,9 +70,9 @@ pub fn decimate(
 ) -> Result<Decimated, ScratchTooSmall> {
     let n = mesh.positions.len();
     scratch.require(decimate_need(n, mesh.faces.len()))?;
-    faces.copy_from_slice(mesh.faces);
+    faces.copy_from(mesh.faces);
     let working_twin = scratch.take::<u32>(3 * faces.len())?;
-    working_twin.copy_from_slice(twin);
+    working_twin.copy_from(twin);
     let dead = scratch.take::<u8>(faces.len())?;
     let mut work = Work {
         positions: mesh.positions,

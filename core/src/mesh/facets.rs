@@ -164,7 +164,7 @@ impl Facets<'_, '_> {
                 break;
             }
         }
-        ring.copy_within(start..end, 0);
+        (start..end).enumerate().for_each(|(to, from)| ring[to] = ring[from]);
         end - start
     }
 

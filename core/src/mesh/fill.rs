@@ -11,6 +11,8 @@ use super::grid::{GRID_BITS, GridPoint};
 use super::repair::{Counts, Polygons, Working};
 use super::view::{NONE, next};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use glam::DVec2;
 
 /// Scratch bytes for [`fill_dropped`].
@@ -89,7 +91,7 @@ fn find_edges<'a>(wanted: &'a mut [[u32; 4]], mapped: &[u8], input: &Polygons, w
         }
     }
     let wanted = &mut wanted[..count];
-    wanted.sort_unstable();
+    sort::ascending(wanted);
     for h in (0..working.corner_source.len() as u32).filter(|_| count > 0) {
         let sources = [h, next(h)].map(|c| working.corner_source[c as usize]);
         let [a, b] = sources.map(|c| vertex(input, working, c));
@@ -98,7 +100,7 @@ fn find_edges<'a>(wanted: &'a mut [[u32; 4]], mapped: &[u8], input: &Polygons, w
         if let Some(edge) = find(wanted, key)
             && wanted[edge][2] == NONE
         {
-            wanted[edge][2..].copy_from_slice(&low_first);
+            wanted[edge][2..].copy_from(&low_first);
         }
     }
     wanted

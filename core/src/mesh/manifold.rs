@@ -12,6 +12,8 @@ use super::facets::{DIAGONAL, Draft};
 use super::topology::fan_start;
 use super::view::{NONE, next, prev};
 use crate::base::real::atan2;
+use crate::base::slices::Slices;
+use crate::base::sort;
 use core::f64::consts::{PI, TAU};
 use glam::DVec3;
 use heapless::Vec;
@@ -32,12 +34,12 @@ pub(super) fn sort_edges(edges: &mut [[u32; 3]], draft: &Draft, skipped: impl Fn
         edges[count] = [a.min(b), a.max(b), h as u32];
         count += 1;
     }
-    edges[..count].sort_unstable();
+    sort::ascending(&mut edges[..count]);
     count
 }
 
 fn by_edge(edges: &[[u32; 3]]) -> impl Iterator<Item = &[[u32; 3]]> {
-    edges.chunk_by(|a, b| a[..2] == b[..2])
+    edges.runs(|a, b| a[..2] == b[..2])
 }
 
 fn join(twin: &mut [u32], a: u32, b: u32) {
@@ -111,17 +113,15 @@ fn pages(
     };
     let x = away(first);
     let y = axis.normalize_or_zero().cross(x);
-    let mut pages: Vec<Page, MOST_AT_AN_EDGE> = group
-        .iter()
-        .map(|&[.., half]| {
-            let r = away(half);
-            let rises = draft.vertex(half) == low;
-            let opposite = |e: &&[u32; 3]| (draft.vertex(e[2]) == low) != rises;
-            let flap = group.iter().filter(opposite).any(|e| !may_join(draft, signature, e[2], half));
-            Page { angle: atan2(r.dot(y), r.dot(x)), rises, half, flap }
-        })
-        .collect();
-    pages.sort_unstable_by(|a, b| a.angle.total_cmp(&b.angle).then(a.half.cmp(&b.half)));
+    let mut pages = Vec::new();
+    for &[.., half] in group {
+        let r = away(half);
+        let rises = draft.vertex(half) == low;
+        let opposite = |e: &&[u32; 3]| (draft.vertex(e[2]) == low) != rises;
+        let flap = group.iter().filter(opposite).any(|e| !may_join(draft, signature, e[2], half));
+        pages.push(Page { angle: atan2(r.dot(y), r.dot(x)), rises, half, flap }).ok();
+    }
+    sort::by(&mut pages, |a, b| a.angle.total_cmp(&b.angle).then(a.half.cmp(&b.half)));
     pages
 }
 

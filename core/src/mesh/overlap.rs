@@ -9,6 +9,8 @@
 
 use super::grid::{GridTriangle, counter_clockwise, doubled_area, some_side_separates};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
+use crate::base::stack::Stack;
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::mesh::view::NONE;
 use bytemuck::{Pod, Zeroable};
@@ -39,7 +41,7 @@ pub fn overlaps(
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<usize, ScratchTooSmall> {
-    assert_eq!(partner.len(), triangles.len(), "one partner a triangle");
+    debug_assert_eq!(partner.len(), triangles.len(), "one partner a triangle");
     scratch.require(overlaps_need(triangles.len()))?;
     partner.fill(NONE);
     let order = morton_order(triangles, scratch.take::<u64>(triangles.len())?);
@@ -159,7 +161,7 @@ fn morton_order<'a>(triangles: &[GridTriangle], keys: &'a mut [u64]) -> &'a mut 
         count += 1;
     }
     let keys = &mut keys[..count];
-    keys.sort_unstable();
+    sort::ascending(keys);
     keys
 }
 
@@ -192,18 +194,18 @@ impl<'a> Tree<'a> {
     fn new(triangles: &'a [GridTriangle], nodes: &'a mut [Octagon]) -> Self {
         let mut start = [0; LEVELS + 1];
         let mut levels = 0;
-        for (node, leaf) in nodes.iter_mut().zip(triangles.chunks(CHILDREN)) {
-            *node = leaf.iter().fold(Octagon::EMPTY, |b, t| b.join(&Octagon::of(t)));
+        for (i, leaf) in triangles.chunks(CHILDREN).enumerate() {
+            nodes[i] = leaf.iter().fold(Octagon::EMPTY, |b, t| b.join(&Octagon::of(t)));
         }
         start[1] = triangles.len().div_ceil(CHILDREN);
         while start[levels + 1] - start[levels] > 1 {
             levels += 1;
-            let (below, above) = nodes.split_at_mut(start[levels]);
-            let below = below[start[levels - 1]..].chunks(CHILDREN);
-            start[levels + 1] = start[levels] + below.len();
-            above.iter_mut().zip(below).for_each(|(node, c)| {
-                *node = c.iter().fold(Octagon::EMPTY, |b, child| b.join(child));
-            });
+            let (below, above) = nodes.split_at_mut_checked(start[levels]).unwrap_or_default();
+            let below = &below[start[levels - 1]..];
+            start[levels + 1] = start[levels] + below.len().div_ceil(CHILDREN);
+            for (i, c) in below.chunks(CHILDREN).enumerate() {
+                above[i] = c.iter().fold(Octagon::EMPTY, |b, child| b.join(child));
+            }
         }
         Self { triangles, nodes, start, levels: levels + 1 }
     }
@@ -213,19 +215,18 @@ impl<'a> Tree<'a> {
         let triangle = &self.triangles[slot];
         let bound = Octagon::of(triangle);
         // Each level leaves at most seven siblings behind.
-        let mut stack = heapless::Vec::<(u8, u32), { (CHILDREN - 1) * LEVELS + 1 }>::new();
+        let mut stack = Stack::<(u8, u32), { (CHILDREN - 1) * LEVELS + 1 }>::new();
         let mut next = Some((self.levels as u8 - 1, 0));
         while let Some((level, index)) = next {
             let (level, index) = (level as usize, index as usize);
             if self.nodes[self.start[level] + index].meets(&bound) {
                 // Children whose triangles are in the window.
-                let size = CHILDREN.pow(level as u32);
-                let first = (index * CHILDREN).max(window.start / size);
-                let end = ((index + 1) * CHILDREN).min(window.end.div_ceil(size));
+                let bits = level as u32 * CHILDREN.ilog2();
+                let first = (index * CHILDREN).max(window.start >> bits);
+                let end = ((index + 1) * CHILDREN).min((window.end + (1 << bits) - 1) >> bits);
                 if level > 0 {
                     for child in (first..end).rev() {
-                        let pushed = stack.push((level as u8 - 1, child as u32));
-                        assert!(pushed.is_ok(), "the stack holds all siblings of a level");
+                        stack.push((level as u8 - 1, child as u32));
                     }
                 } else {
                     let met = |other: &usize| {

@@ -6,6 +6,8 @@
 
 use super::view::{MeshView, NONE, next, prev};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 
 /// Scratch bytes for [`twins`] on a mesh of `faces` triangles.
 pub const fn twins_need(faces: usize) -> usize {
@@ -21,10 +23,10 @@ pub fn twins(twin: &mut [u32], mesh: MeshView, mut scratch: Scratch) -> Result<u
         let (a, b) = (mesh.vertex(c as u32), mesh.vertex(next(c as u32)));
         *key = [a.min(b), a.max(b), c as u32];
     }
-    keys.sort_unstable();
+    sort::ascending(keys);
     twin.fill(NONE);
     let mut bad = 0;
-    for group in keys.chunk_by(|a, b| a[..2] == b[..2]) {
+    for group in keys.runs(|a, b| a[..2] == b[..2]) {
         match group {
             [_] => {}
             [p, q] if mesh.vertex(p[2]) != mesh.vertex(q[2]) => {

@@ -5,6 +5,8 @@
 
 use super::view::NONE;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use core::cmp::Ordering;
 use glam::DVec3;
 
@@ -27,9 +29,9 @@ pub fn weld(same: &mut [u32], positions: &[DVec3], mut scratch: Scratch) -> Resu
     }
     let order = &mut order[..count];
     let compare = |a: u32, b: u32| compare(positions[a as usize], positions[b as usize]);
-    order.sort_unstable_by(|&a, &b| compare(a, b).then(a.cmp(&b)));
+    sort::by(order, |&a, &b| compare(a, b).then(a.cmp(&b)));
     let mut merged = 0;
-    for group in order.chunk_by(|&a, &b| compare(a, b).is_eq()) {
+    for group in order.runs(|&a, &b| compare(a, b).is_eq()) {
         group.iter().for_each(|v| same[*v as usize] = group[0]);
         merged += group.len() - 1;
     }

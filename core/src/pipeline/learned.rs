@@ -18,6 +18,7 @@ use crate::atlas::surface::Surface;
 use crate::atlas::tears::{Torn, tear};
 use crate::base::progress::{Progress, Stage};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::learn::evaluate::{Frame, evaluate};
 use crate::learn::kernels::Path;
@@ -144,7 +145,7 @@ pub(super) fn neural(
             continue;
         }
         let points = frame.take::<DVec2>(n)?;
-        points.iter_mut().zip(q.chunks_exact(2)).for_each(|(p, q)| *p = DVec2::new(q[0].into(), q[1].into()));
+        points.iter_mut().zip(q.as_chunks::<2>().0.iter()).for_each(|(p, q)| *p = DVec2::new(q[0].into(), q[1].into()));
         let torn = frame.take::<u8>(surface.mesh.faces.len())?;
         let done = tear(uv, cut, torn, points, &surface, frame)?;
         learning.summary.torn.faces += done.faces;
@@ -200,8 +201,8 @@ pub(super) fn hybrid(
         };
         let (before, after) = ([missed(uv), paid(cut)], [missed(other_uv), paid(other_cut)]);
         if after < before {
-            uv.copy_from_slice(other_uv);
-            cut.copy_from_slice(other_cut);
+            uv.copy_from(other_uv);
+            cut.copy_from(other_cut);
         }
     }
     Ok(())
@@ -231,7 +232,7 @@ fn largest(pieces: &Pieces) -> ([u32; MOST], usize) {
         let at = order[..count].iter().position(|q| size(*q) < size(p)).unwrap_or(count);
         if at < MOST {
             count = (count + 1).min(MOST);
-            order.copy_within(at..count - 1, at + 1);
+            (at + 1..count).rev().for_each(|i| order[i] = order[i - 1]);
             order[at] = p;
         }
     }
@@ -254,10 +255,10 @@ fn given_map(
     let positions = scratch.take::<f32>(3 * surface.mesh.positions.len())?;
     let fill = |k: usize, positions: &mut [f32]| {
         let [x, y, z, add] = learning.frames[k].map(DVec3::from);
-        for (out, p) in positions.chunks_exact_mut(3).zip(surface.mesh.positions) {
+        for (out, p) in positions.as_chunks_mut::<3>().0.iter_mut().zip(surface.mesh.positions) {
             let p = (scene.input_of)(*p);
             let p = DVec3::new(x.dot(p), y.dot(p), z.dot(p)) + add;
-            out.copy_from_slice(&p.as_vec3().to_array());
+            out.copy_from(&p.as_vec3().to_array());
         }
     };
     let mut best = (f32::INFINITY, 0);

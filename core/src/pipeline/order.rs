@@ -7,6 +7,8 @@
 
 use crate::base::real::{ln, round};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use crate::mesh::view::NONE;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -74,7 +76,7 @@ pub fn order_parts(
         let rounded = (place * PLACES).to_array().map(round);
         ([steps(area / total), steps(diameter / area)], rounded, place.to_array(), area)
     };
-    order.sort_unstable_by(|&a, &b| {
+    sort::by(order, |&a, &b| {
         let (p, q) = (key(a), key(b));
         let reals = |x: &[f64], y: &[f64]| {
             x.iter()
@@ -114,11 +116,11 @@ pub fn order_charts(
     }
     order.iter_mut().enumerate().for_each(|(i, k)| *k = i as u32);
     let by_area = |a: &u32, b: &u32| areas[*b as usize].total_cmp(&areas[*a as usize]).then(a.cmp(b));
-    order.sort_unstable_by(|a, b| part_of[*a as usize].cmp(&part_of[*b as usize]).then_with(|| by_area(a, b)));
-    for charts in order.chunk_by(|a, b| part_of[*a as usize] == part_of[*b as usize]) {
+    sort::by(order, |a, b| part_of[*a as usize].cmp(&part_of[*b as usize]).then_with(|| by_area(a, b)));
+    for charts in order.runs(|a, b| part_of[*a as usize] == part_of[*b as usize]) {
         charts.iter().enumerate().for_each(|(i, k)| turn[*k as usize] = i as u32);
     }
-    order.sort_unstable_by_key(|k| (turn[*k as usize], part_of[*k as usize]));
+    sort::by_key(order, |k| (turn[*k as usize], part_of[*k as usize]));
     let number = part_of; // not needed any more
     order.iter().enumerate().for_each(|(i, k)| number[*k as usize] = i as u32);
     chart.iter_mut().for_each(|k| *k = number[*k as usize]);

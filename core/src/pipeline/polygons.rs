@@ -10,6 +10,8 @@ use super::{Input, UnwrapError, report};
 use crate::base::progress::{Progress, Stage};
 use crate::base::real;
 use crate::base::scratch::{Scratch, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use crate::base::workers::Workers;
 use crate::mesh::repair::{Facing, Working, repair, repair_need};
 use crate::mesh::view::NONE;
@@ -126,7 +128,7 @@ fn vote(part: &mut [u32], label: &[u32], working: &Working) {
         a.dot(a)
     };
     let mut first = 0;
-    for group in working.polygon.chunk_by(|a, b| a == b) {
+    for group in working.polygon.runs(|a, b| a == b) {
         let faces = first..first + group.len();
         first = faces.end;
         // Few faces a polygon: the square is no matter, and long polygons take the label of their first face.
@@ -153,9 +155,9 @@ fn rank(part: &mut [u32], given: &[u32], mut scratch: Scratch) -> Result<usize, 
     let order = scratch.take::<u32>(part.len())?;
     order.iter_mut().enumerate().for_each(|(i, p)| *p = i as u32);
     let label = |p: u32| given.get(p as usize).copied().unwrap_or(NONE);
-    order.sort_unstable_by_key(|p| (label(*p), *p));
+    sort::by_key(order, |p| (label(*p), *p));
     let mut count = 0;
-    for group in order.chunk_by(|a, b| label(*a) == label(*b)) {
+    for group in order.runs(|a, b| label(*a) == label(*b)) {
         group.iter().for_each(|p| part[*p as usize] = count);
         count += 1;
     }
@@ -166,7 +168,7 @@ fn rank(part: &mut [u32], given: &[u32], mut scratch: Scratch) -> Result<usize, 
 fn of_polygons(out: &mut [f32], diameter: &[f32], working: &Working) {
     out.fill(0.0);
     let mut first = 0;
-    for group in working.polygon.chunk_by(|a, b| a == b) {
+    for group in working.polygon.runs(|a, b| a == b) {
         let sum = diameter[first..first + group.len()].iter().fold(0.0, |sum, d| sum + f64::from(*d));
         out[group[0] as usize] = (sum / group.len() as f64 * working.extent) as f32;
         first += group.len();

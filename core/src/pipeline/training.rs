@@ -10,6 +10,7 @@ use crate::atlas::charts::Charts;
 use crate::atlas::surface::Surface;
 use crate::base::progress::{Progress, Stage};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Serial, for_each_chunk};
 use crate::learn::evaluate::evaluate_need;
 use crate::learn::kernels::Path;
@@ -18,6 +19,7 @@ use crate::learn::run::Run;
 use crate::learn::train::{Input, Output, Sample, Settings, TrainError, train_need};
 use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::view::NONE;
+use core::fmt::{self, Display, Formatter, Write};
 use core::mem::take;
 use glam::{DVec2, DVec3};
 
@@ -91,9 +93,9 @@ pub(super) fn train_pieces(
             }
             let memory = wave.split(need.min(wave.remaining()))?;
             let output = Output {
-                q: first(&mut q, 2 * n),
-                scores: first(&mut scores, n),
-                weights: first(&mut weights, width),
+                q: take_first(&mut q, 2 * n),
+                scores: take_first(&mut scores, n),
+                weights: take_first(&mut weights, width),
                 curve: take(&mut curve),
             };
             let run = begin(output, piece, began, &settings, scene, memory)?;
@@ -134,13 +136,6 @@ pub(super) fn train_pieces(
     Ok(())
 }
 
-/// Splits off the first `count` values.
-fn first<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
-    let (now, later) = take(rest).split_at_mut(count);
-    *rest = later;
-    now
-}
-
 /// The settings for piece `p`: its share of the steps, and no way back to a start that is not there.
 fn settings_of(p: usize, has_start: bool, scene: &Scene, settings: &Settings) -> Settings {
     let mut settings = *settings;
@@ -170,8 +165,8 @@ fn begin<'j>(
     let target = scratch.take::<f32>(if began.is_some() { 2 * n } else { 0 })?;
     let smooth = scratch.take::<u32>(faces.len())?;
     let flat = |out: &mut [f32], from: &[DVec3]| {
-        let rows = out.chunks_exact_mut(3).zip(from);
-        rows.for_each(|(out, p)| out.copy_from_slice(&p.as_vec3().to_array()));
+        let rows = out.as_chunks_mut::<3>().0.iter_mut().zip(from);
+        rows.for_each(|(out, p)| out.copy_from(&p.as_vec3().to_array()));
     };
     flat(positions, mesh.positions);
     {
@@ -185,7 +180,7 @@ fn begin<'j>(
         exposure[mesh.vertex(c) as usize] = (scene.open)(scene.pieces.source[corners.start + c as usize]);
     }
     let mut smooth_len = faces.len();
-    smooth.copy_from_slice(faces);
+    smooth.copy_from(faces);
     if let Some((uv, cut)) = began {
         let mut frame = scratch.frame();
         let surface = scene.pieces.surface(p, &mut frame)?;
@@ -238,18 +233,31 @@ fn start_from(
         if *chosen != NONE {
             let place = uv[*chosen as usize] + shift[charts.of_face[(*chosen / 3) as usize] as usize];
             let place = (place - size * 0.5) * scale;
-            target[2 * v..2 * v + 2].copy_from_slice(&place.as_vec2().to_array());
+            target[2 * v..2 * v + 2].copy_from(&place.as_vec2().to_array());
         }
     }
     let mut len = 0;
     for (f, corners) in surface.mesh.faces.iter().enumerate() {
         let starts = |c: u32| surface.wedge_start(cut, c);
         if (0..3).all(|i| chosen[corners[i] as usize] == starts((3 * f + i) as u32)) {
-            smooth[len..len + 3].copy_from_slice(corners);
+            smooth[len..len + 3].copy_from(corners);
             len += 3;
         }
     }
     Ok(len)
+}
+
+/// A number with four decimals, written by integers: the standard library's own writing of floats holds paths that panic.
+struct Decimal(f32);
+
+impl Display for Decimal {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        if !self.0.is_finite() {
+            return f.write_str("not finite");
+        }
+        let parts = (f64::from(self.0.abs()) * 1e4 + 0.5) as u64;
+        write!(f, "{}{}.{:04}", if self.0 < 0.0 { "-" } else { "" }, parts / 10_000, parts % 10_000)
+    }
 }
 
 /// Tells people the losses of a run.
@@ -260,8 +268,22 @@ fn tell(run: &Run, progress: &mut dyn Progress) {
         let mut text = heapless::String::<256>::new();
         for loss in Loss::ALL.iter().filter(on) {
             // What does not fit is left out.
-            let _ = core::fmt::write(&mut text, format_args!(" {} {:.4}", loss.name(), losses[*loss as usize]));
+            let _ = write!(text, " {} {}", loss.name(), Decimal(losses[*loss as usize]));
         }
         progress.note(format_args!("step {step} of {}:{text}", settings.steps));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Decimal;
+    use std::format;
+
+    #[test]
+    fn a_decimal_reads_as_the_standard_library_would_write_it() {
+        for x in [0.0f32, 1.0, 0.25, 0.123_46, 12.000_04, 3.999_96, 1e6, 7e-9, -2.5] {
+            assert_eq!(format!("{}", Decimal(x)), format!("{x:.4}"));
+        }
+        assert_eq!(format!("{}", Decimal(f32::NAN)), "not finite");
     }
 }

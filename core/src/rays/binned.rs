@@ -7,6 +7,8 @@
 
 use super::bvh::{Bounds, BuildBvh, MAX_DEPTH, Node};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
+use crate::base::stack::Stack;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -43,7 +45,7 @@ impl Item {
 }
 
 /// A range of `order` that waits for its node.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Task {
     node: usize,
     first: usize,
@@ -74,7 +76,7 @@ impl BuildBvh for BinnedBuilder {
             return Ok(0);
         }
         let mut used = 1;
-        let mut waiting = heapless::Vec::<Task, { MAX_DEPTH + 1 }>::new();
+        let mut waiting = Stack::<Task, { MAX_DEPTH + 1 }>::new();
         let mut task = Some(Task { node: 0, first: 0, count: faces.len(), depth: 0 });
         while let Some(Task { node, first, count, depth }) = task {
             let range = &mut order[first..first + count];
@@ -87,7 +89,7 @@ impl BuildBvh for BinnedBuilder {
                     nodes[node].first = used as u32;
                     nodes[node].count = 0;
                     let right = Task { node: used + 1, first: first + left, count: count - left, depth: depth + 1 };
-                    waiting.push(right).unwrap_or_else(|_| unreachable!("one entry a level"));
+                    waiting.push(right);
                     used += 2;
                     Some(Task { node: used - 2, first, count: left, depth: depth + 1 })
                 }
@@ -182,7 +184,7 @@ fn halve(range: &mut [u32], items: &[Item], spread: &Bounds) -> Option<usize> {
     let extent: [f32; 3] = core::array::from_fn(|k| spread.high[k] - spread.low[k]);
     let axis = (1..3).fold(0, |a, k| if extent[k] > extent[a] { k } else { a });
     let middle = range.len() / 2;
-    range.select_nth_unstable_by(middle, |a, b| {
+    sort::select_by(range, middle, |a, b| {
         let (x, y) = (items[*a as usize].centre(axis), items[*b as usize].centre(axis));
         x.total_cmp(&y).then(a.cmp(b))
     });

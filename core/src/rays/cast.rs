@@ -9,6 +9,7 @@ use super::bvh::{Bounds, BuildBvh, BvhError, MAX_DEPTH, Node, max};
 use super::intersect::{Aim, Meeting, Start, Triangle, interval, meet};
 use super::wide::{WideNode, collapse, wide_count};
 use crate::base::scratch::{Scratch, bytes_for};
+use crate::base::stack::Stack;
 use glam::Vec3;
 
 /// A half-line.
@@ -124,7 +125,7 @@ impl<'a> Scene<'a> {
     /// until it answers false.
     fn visit(&self, start: &Start, aim: &Aim, mut see: impl FnMut(&Triangle, &mut f32) -> bool) {
         let mut farthest = f32::INFINITY;
-        let mut waiting = heapless::Vec::<(u32, f32), { MAX_DEPTH + 1 }>::new();
+        let mut waiting = Stack::<(u32, f32), { MAX_DEPTH + 1 }>::new();
         let enter = |node: u32| interval(&self.nodes[node as usize], start, aim);
         let mut at = if self.nodes.is_empty() { None } else { enter(0).map(|i| (0, i.0)) };
         while let Some((node, near)) = at {
@@ -142,7 +143,7 @@ impl<'a> Scene<'a> {
                     at = match (enter(a), enter(b)) {
                         (Some(i), Some(j)) => {
                             let (first, second) = if j.0 < i.0 { ((b, j.0), (a, i.0)) } else { ((a, i.0), (b, j.0)) };
-                            waiting.push(second).unwrap_or_else(|_| unreachable!("one entry a level"));
+                            waiting.push(second);
                             Some(first)
                         }
                         (Some(i), None) => Some((a, i.0)),
@@ -163,7 +164,7 @@ fn copy_tree(nodes: &mut [Node], triangles: &mut [Triangle], built: &[Node], ord
         return Ok(0);
     }
     let (mut placed, mut used) = (0, 1);
-    let mut waiting = heapless::Vec::<(usize, usize, usize), { MAX_DEPTH + 1 }>::new();
+    let mut waiting = Stack::<(usize, usize, usize), { MAX_DEPTH + 1 }>::new();
     let mut at = Some((0, 0, 0)); // (built node, own node, depth)
     while let Some((from, to, depth)) = at {
         let node = built.get(from).ok_or(BvhError::BadNode { node: from })?;
@@ -184,7 +185,7 @@ fn copy_tree(nodes: &mut [Node], triangles: &mut [Triangle], built: &[Node], ord
                 return Err(BvhError::TooDeep);
             }
             nodes[to] = Node { first: used as u32, ..Node::default() };
-            waiting.push((first + 1, used + 1, depth + 1)).map_err(|_| BvhError::TooDeep)?;
+            waiting.push((first + 1, used + 1, depth + 1));
             used += 2;
             Some((first, used - 2, depth + 1))
         };

@@ -11,6 +11,7 @@ use super::cast::Scene;
 use super::directions::{Spread, hemisphere, hemisphere_need, turned_frame};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::mesh::view::{MeshView, NONE};
 use glam::Vec3;
@@ -101,17 +102,18 @@ fn at_face(middle: Vec3, face: usize, normals: &[Vec3], cone: &[Vec3], scene: &S
         *w = t * local.x + b * local.y + inward * local.z;
     }
     let world = &world[..cone.len()];
-    let mut lengths = heapless::Vec::<f32, MAX_RAYS>::new();
+    let (mut lengths, mut count) = ([0.0f32; MAX_RAYS], 0);
     scene.closest_each(origin, world, |i, hit| {
         if normals[hit.face as usize].dot(world[i]) > 0.0 {
-            lengths.push(hit.distance).unwrap_or_else(|_| unreachable!("one a direction"));
+            lengths[count] = hit.distance;
+            count += 1;
         }
     });
-    if lengths.is_empty() {
+    if count == 0 {
         return -1.0;
     }
-    let middle = lengths.len() / 2;
-    *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
+    sort::select_by(&mut lengths[..count], count / 2, f32::total_cmp);
+    lengths[count / 2]
 }
 
 /// Gives every value below 0 the mean of its neighbours' values, ring by ring, and 0 where a component has none.

@@ -9,6 +9,7 @@
 use crate::base::random;
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use core::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 
@@ -41,7 +42,7 @@ pub fn hemisphere(directions: &mut [Vec3], spread: Spread, mut scratch: Scratch)
     for (i, key) in keys.iter_mut().enumerate() {
         *key = [place_on_curve(lattice(i, count)), i as u32];
     }
-    keys.sort_unstable();
+    sort::ascending(keys);
     for (direction, key) in directions.iter_mut().zip(keys) {
         let disk = lattice(key[1] as usize, count);
         let r2 = disk.length_squared();

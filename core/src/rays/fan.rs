@@ -17,6 +17,7 @@ use super::cast::Scene;
 use super::intersect::{Aim, NEXT, Start, Triangle, inverse_slope, main_axis, meet};
 use super::lanes::{LANES, Lanes, Widest};
 use super::wide::WideNode;
+use crate::base::stack::Stack;
 use glam::Vec3;
 
 /// Rays that are sorted at a time: up to 64 packets and one part-filled packet a cube side, on the stack.
@@ -84,7 +85,7 @@ impl Scene<'_> {
         hit: &mut [u64; BLOCK / 64],
     ) {
         let frustum = Frustum::<L>::around(packet);
-        let mut waiting = heapless::Vec::<(u32, u32), { MAX_DEPTH + 1 }>::new();
+        let mut waiting = Stack::<(u32, u32), { MAX_DEPTH + 1 }>::new();
         let (mut at, mut children) = (0, frustum.enters::<AXIS>(&self.wide[0], loose, sign));
         loop {
             while children == 0 {
@@ -102,7 +103,7 @@ impl Scene<'_> {
             }
             if count == 0 {
                 if children != 0 {
-                    waiting.push((at, children)).unwrap_or_else(|_| unreachable!("one entry a level"));
+                    waiting.push((at, children));
                 }
                 at = first;
                 children = frustum.enters::<AXIS>(&self.wide[at as usize], loose, sign);

@@ -10,13 +10,14 @@ use super::fan::{BLOCK, Frustum, PACKETS, Packet, SIDES, enters, may_meet, sort}
 use super::intersect::{Aim, Meeting, Start, meet};
 use super::lanes::{LANES, Lanes, Widest};
 use super::wide::WideNode;
+use crate::base::stack::Stack;
 use glam::Vec3;
 
 impl Scene<'_> {
     /// Calls `found(i, hit)` for each of at most [`BLOCK`] rays from `origin` along `directions` that meets a face, with
     /// what [`closest`](Self::closest) answers. Rays that follow one another should point in similar directions.
     pub fn closest_each(&self, origin: Vec3, directions: &[Vec3], mut found: impl FnMut(usize, Hit)) {
-        assert!(directions.len() <= BLOCK, "one block at a time");
+        debug_assert!(directions.len() <= BLOCK, "one block at a time");
         if self.nodes.is_empty() {
             return;
         }
@@ -52,7 +53,7 @@ impl Scene<'_> {
     ) -> [Option<Meeting>; LANES] {
         let frustum = Frustum::<L>::around(packet);
         let (mut best, mut limit) = ([None; LANES], [f32::INFINITY; LANES]);
-        let mut waiting = heapless::Vec::<(u32, u32), { MAX_DEPTH + 1 }>::new();
+        let mut waiting = Stack::<(u32, u32), { MAX_DEPTH + 1 }>::new();
         let (mut at, mut children) = (0, frustum.enters::<AXIS>(&self.wide[0], loose, sign));
         loop {
             while children == 0 {
@@ -70,7 +71,7 @@ impl Scene<'_> {
             }
             if count == 0 {
                 if children != 0 {
-                    waiting.push((at, children)).unwrap_or_else(|_| unreachable!("one entry a level"));
+                    waiting.push((at, children));
                 }
                 at = first;
                 children = frustum.enters::<AXIS>(&self.wide[at as usize], loose, sign);

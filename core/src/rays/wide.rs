@@ -5,6 +5,7 @@
 
 use super::bvh::{Bounds, MAX_DEPTH, Node};
 use super::lanes::LANES;
+use crate::base::stack::Stack;
 use bytemuck::{Pod, Zeroable};
 
 /// Children of a node.
@@ -41,22 +42,20 @@ pub(super) fn collapse(wide: &mut [WideNode], nodes: &[Node]) -> usize {
         return 0;
     }
     let mut used = 1;
-    let mut waiting = heapless::Vec::<(u32, u32), { (WIDE - 1) * (MAX_DEPTH + 1) }>::new();
+    let mut waiting = Stack::<(u32, u32), { (WIDE - 1) * (MAX_DEPTH + 1) }>::new();
     let mut at = Some((0, 0)); // (binary node, wide node)
     while let Some((from, to)) = at {
-        let mut children = heapless::Vec::<u32, WIDE>::new();
-        push(&mut children, from);
-        while let Some(place) = widest_inner(&children, nodes) {
+        let (mut children, mut count) = ([from; WIDE], 1);
+        while count < WIDE
+            && let Some(place) = widest_inner(&children[..count], nodes)
+        {
             let first = nodes[children[place] as usize].first;
-            children[place] = first;
-            push(&mut children, first + 1);
-            if children.is_full() {
-                break;
-            }
+            (children[place], children[count]) = (first, first + 1);
+            count += 1;
         }
         let out = &mut wide[to as usize];
         *out = WideNode { low: [[f32::NAN; WIDE]; 3], high: [[f32::NAN; WIDE]; 3], first: [0; WIDE], count: [0; WIDE] };
-        for (i, &child) in children.iter().enumerate() {
+        for (i, &child) in children[..count].iter().enumerate() {
             let node = &nodes[child as usize];
             for k in 0..3 {
                 (out.low[k][i], out.high[k][i]) = (node.low[k], node.high[k]);
@@ -64,17 +63,13 @@ pub(super) fn collapse(wide: &mut [WideNode], nodes: &[Node]) -> usize {
             (out.first[i], out.count[i]) = (node.first, node.count);
             if node.count == 0 {
                 out.first[i] = used;
-                waiting.push((child, used)).unwrap_or_else(|_| unreachable!("WIDE - 1 entries a level"));
+                waiting.push((child, used));
                 used += 1;
             }
         }
         at = waiting.pop();
     }
     used as usize
-}
-
-fn push(children: &mut heapless::Vec<u32, WIDE>, child: u32) {
-    children.push(child).unwrap_or_else(|_| unreachable!("checked for room"));
 }
 
 /// The place of the inner node of largest surface, the first of equals.

@@ -17,6 +17,7 @@ use super::parts::Surface;
 use super::patches::{Patches, Walk, walk_need};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::mesh::view::NONE;
 use glam::Vec3;
@@ -129,12 +130,12 @@ fn laplacian(matrix: &mut [f64], adjacent: &mut [u8], dual: &Dual, patches: &Pat
 /// Turns a symmetric positive definite matrix into its inverse, in place: sweeps of one pivot after the other.
 fn invert(matrix: &mut [f64], m: usize) {
     for k in 0..m {
-        let (above, rest) = matrix.split_at_mut(k * m);
-        let (pivot_row, below) = rest.split_at_mut(m);
+        let (above, mut below) = matrix.split_at_mut_checked(k * m).unwrap_or_default();
+        let pivot_row = take_first(&mut below, m);
         let scale = 1.0 / pivot_row[k];
         pivot_row.iter_mut().for_each(|x| *x *= scale);
         pivot_row[k] = scale;
-        for row in above.chunks_exact_mut(m).chain(below.chunks_exact_mut(m)) {
+        for row in above.rows_mut(m).chain(below.rows_mut(m)) {
             let factor = core::mem::take(&mut row[k]);
             if factor != 0.0 {
                 row.iter_mut().zip(&*pivot_row).for_each(|(x, p)| *x -= factor * p);
@@ -190,7 +191,7 @@ fn turns(
 
 /// Row `k` to read and row `i` to write, different ones.
 fn pair_of_rows(matrix: &mut [f64], m: usize, k: usize, i: usize) -> (&[f64], &mut [f64]) {
-    let (low, high) = matrix.split_at_mut(k.max(i) * m);
+    let (low, high) = matrix.split_at_mut_checked(k.max(i) * m).unwrap_or_default();
     if k < i { (&low[k * m..k * m + m], &mut high[..m]) } else { (&high[..m], &mut low[i * m..i * m + m]) }
 }
 

@@ -12,6 +12,7 @@ use super::parts::Surface;
 use super::patches::{Walk, step_length, walk_need};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::mesh::view::NONE;
 
 /// Width of the band as a share of the root of the area. 0.03 leaves pieces of flat wall that 0.06 swallows: a part no
@@ -75,7 +76,7 @@ pub fn smooth_border(
     let old = scratch.take::<u32>(used)?;
     let new = scratch.take::<u32>(used)?;
     old.iter_mut().zip(face).for_each(|(l, f)| *l = labels[*f as usize]);
-    new.copy_from_slice(old);
+    new.copy_from(old);
     let change = scratch.take::<i64>(used)?;
     for (change, f) in change.iter_mut().zip(face) {
         let f = *f as usize;
@@ -112,7 +113,7 @@ fn depths<'a>(
         }
     }
     walk.run(surface.twin, step, |_, _| {});
-    out.copy_from_slice(walk.distance);
+    out.copy_from(walk.distance);
     Ok(out)
 }
 

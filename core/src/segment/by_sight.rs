@@ -8,6 +8,7 @@ use super::parts::{Summary, Surface};
 use super::patches::{Patches, patch_count, patches_need, step_length};
 use super::tidy::{absorb, connected, tidy_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::mesh::view::NONE;
 
@@ -37,7 +38,7 @@ pub fn by_sight(
     cluster(labels, surface, dual, wanted, scratch.frame(), workers)?;
     let parts = connected(labels, dual, scratch.frame())?;
     let rough = scratch.take::<u32>(labels.len())?;
-    rough.copy_from_slice(labels);
+    rough.copy_from(labels);
     smooth_border(labels, parts, surface, dual, scratch.frame())?;
     let count = connected(labels, dual, scratch.frame())?;
     let crumb = CRUMB * dual.area.iter().sum::<f64>();
@@ -45,7 +46,7 @@ pub fn by_sight(
     let count = if count > parts { absorb(labels, count, dual, &|a, _| a < crumb, scratch)? } else { count };
     if wanted.is_some() && count != parts {
         // Smoothing has swallowed a part or cut one in two. Left to itself that is welcome, but not where N are asked for.
-        labels.copy_from_slice(rough);
+        labels.copy_from(rough);
         return Ok(Summary { parts, clusters: 0 });
     }
     Ok(Summary { parts: count, clusters: 0 })

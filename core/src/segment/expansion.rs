@@ -10,6 +10,7 @@
 
 use super::max_flow::{MaxFlow, max_flow_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 
 /// Fixed-point units to one. Costs go up to 1e4 for each of 1e7 faces: 2^57 in all.
 pub const UNIT: f64 = 1_048_576.0;
@@ -71,7 +72,7 @@ pub fn expand<'a>(
         let reached = energy.of(moved);
         idle += 1;
         if reached < least {
-            labels.copy_from_slice(moved);
+            labels.copy_from(moved);
             (least, idle) = (reached, 0);
         }
         if idle >= count {

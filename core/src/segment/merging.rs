@@ -8,6 +8,7 @@
 //! Equal distances go to the lower pair. O(m^2) a merge at worst, O(m) as a rule.
 
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::mesh::view::NONE;
 
 /// Clusters this far apart stay apart: 0.55 to 0.65 are equally good.
@@ -43,10 +44,10 @@ pub fn merge(
     scratch.require(merge_need(share.len()))?;
     let m = share.len();
     let area = scratch.take::<f64>(m)?;
-    area.copy_from_slice(share);
+    area.copy_from(share);
     let near = scratch.take_filled::<f64>(m, f64::INFINITY)?;
     let nearest = scratch.take_filled::<u32>(m, NONE)?;
-    for (i, row) in sum.chunks_exact_mut(m.max(1)).enumerate() {
+    for (i, row) in sum.rows_mut(m).enumerate() {
         row.iter_mut().zip(share).for_each(|(x, a)| *x *= a * share[i]);
     }
     let mut clusters = Clusters { sum, adjacent, area, near, nearest };

@@ -7,6 +7,7 @@
 //! Dempster, Laird, Rubin 1977. Equal input gives equal bits; a local optimum is all that is promised.
 
 use crate::base::real;
+use crate::base::sort;
 use core::f64::consts::TAU;
 
 /// Components at the most.
@@ -99,8 +100,7 @@ pub fn fit(histogram: &Histogram, components: usize) -> (Mixture, f64) {
     let mut mixture = Mixture::new();
     for i in 0..k {
         let mean = histogram.quantile((i as f64 + 0.5) / k as f64);
-        let start = Component { weight: 1.0 / k as f64, mean, variance: 0.1 / (k * k) as f64 };
-        mixture.push(start).unwrap_or_else(|_| unreachable!("at most MAX_COMPONENTS"));
+        mixture.push(Component { weight: 1.0 / k as f64, mean, variance: 0.1 / (k * k) as f64 }).ok();
     }
     let mut likelihood = f64::NEG_INFINITY;
     for _ in 0..ROUNDS {
@@ -111,7 +111,7 @@ pub fn fit(histogram: &Histogram, components: usize) -> (Mixture, f64) {
             break;
         }
     }
-    mixture.sort_unstable_by(|a, b| a.mean.total_cmp(&b.mean));
+    sort::by(&mut mixture, |a, b| a.mean.total_cmp(&b.mean));
     (mixture, likelihood)
 }
 

@@ -14,6 +14,7 @@ use super::parts::{Summary, Surface};
 use super::tidy::{absorb, connected, majority, merge_alike, tidy_need};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::mesh::view::NONE;
 use core::f64::consts::PI;
 
@@ -56,7 +57,7 @@ pub fn published(
 ) -> Result<Summary, ScratchTooSmall> {
     let faces = labels.len();
     let value = scratch.take::<f32>(faces)?;
-    value.copy_from_slice(surface.diameter);
+    value.copy_from(surface.diameter);
     smooth(value, surface.twin, dual, &mut scratch)?;
     normalise(value);
     let histogram = Histogram::new(value);
@@ -65,7 +66,7 @@ pub fn published(
 
     let data = scratch.take::<i64>(faces * k)?; // (f, k)
     let mut share = [0.0; MAX_COMPONENTS];
-    for (f, (label, data)) in labels.iter_mut().zip(data.chunks_exact_mut(k)).enumerate() {
+    for (f, (label, data)) in labels.iter_mut().zip(data.rows_mut(k)).enumerate() {
         posterior(&mut share, &mixture, value[f] as f64);
         *label = (0..k).rev().max_by(|a, b| share[*a].total_cmp(&share[*b])).unwrap_or(0) as u32;
         data.iter_mut().zip(share).for_each(|(d, p)| *d = fixed(-real::ln(p + TINY)));
@@ -91,7 +92,7 @@ fn smooth(values: &mut [f32], twin: &[u32], dual: &Dual, scratch: &mut Scratch) 
     let mut frame = scratch.frame();
     let before = frame.take::<f32>(values.len())?;
     for _ in 0..SMOOTHINGS {
-        before.copy_from_slice(values);
+        before.copy_from(values);
         for (f, value) in values.iter_mut().enumerate() {
             let (mut sum, mut weight) = (dual.area[f] * before[f] as f64, dual.area[f]);
             for t in twin[3 * f..3 * f + 3].iter().filter(|t| **t != NONE).map(|t| (t / 3) as usize) {

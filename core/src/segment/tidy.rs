@@ -4,6 +4,8 @@
 
 use super::dual::Dual;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use crate::base::union_find::UnionFind;
 use crate::mesh::view::NONE;
 
@@ -23,7 +25,7 @@ pub fn majority(
 ) -> Result<(), ScratchTooSmall> {
     let before = scratch.take::<u32>(labels.len())?;
     for _ in 0..rounds {
-        before.copy_from_slice(labels);
+        before.copy_from(labels);
         for (f, label) in labels.iter_mut().enumerate() {
             let of = |i: usize| Some(twin[3 * f + i]).filter(|t| *t != NONE).map(|t| before[(t / 3) as usize]);
             let around = [of(0), of(1), of(2)];
@@ -52,7 +54,7 @@ pub fn connected(labels: &mut [u32], dual: &Dual, mut scratch: Scratch) -> Resul
         }
     }
     let count = sets.number();
-    labels.copy_from_slice(parent);
+    labels.copy_from(parent);
     Ok(count)
 }
 
@@ -158,7 +160,7 @@ fn borders<'a>(labels: &[u32], dual: &Dual, scratch: &mut Scratch<'a>) -> Result
         *border = Border { regions: [a.min(b), a.max(b)], length: *length };
     }
     // Sums of lengths depend on their order: that of the lengths themselves, which no order of edges changes.
-    all.sort_unstable_by(|a, b| a.regions.cmp(&b.regions).then(a.length.total_cmp(&b.length)));
+    sort::by(all, |a, b| a.regions.cmp(&b.regions).then(a.length.total_cmp(&b.length)));
     let mut kept = 0;
     for i in 0..count {
         if kept > 0 && all[kept - 1].regions == all[i].regions {

@@ -1,7 +1,5 @@
 //! FNV-1a over values in little-endian order, whatever the machine's own order is.
 
-use core::fmt::{self, Debug, Write};
-
 /// A hash that grows.
 pub struct Hash(u64);
 
@@ -33,10 +31,20 @@ impl Hash {
         self
     }
 
-    /// The text of a report: floats in the shortest form that reads back as the same value, integers of any width.
-    pub fn text(mut self, report: &dyn Debug) -> Self {
-        write!(self, "{report:?}").expect("a hash takes any text");
+    /// 64-bit integers, in order.
+    pub fn u64s(mut self, values: impl IntoIterator<Item = u64>) -> Self {
+        values.into_iter().for_each(|x| self.bytes(&x.to_le_bytes()));
         self
+    }
+
+    /// Counts, in order, as wide on every machine.
+    pub fn sizes(self, values: impl IntoIterator<Item = usize>) -> Self {
+        self.u64s(values.into_iter().map(|x| x as u64))
+    }
+
+    /// Numbers, in order, of which NaN is one, whatever its bits are on a machine.
+    pub fn numbers(self, values: impl IntoIterator<Item = f64>) -> Self {
+        self.f64s(values.into_iter().map(|x| if x.is_nan() { f64::NAN } else { x }))
     }
 
     /// The hash.
@@ -48,12 +56,5 @@ impl Hash {
 impl Default for Hash {
     fn default() -> Self {
         Self::new()
-    }
-}
-
-impl Write for Hash {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        self.bytes(text.as_bytes());
-        Ok(())
     }
 }

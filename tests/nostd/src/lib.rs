@@ -7,6 +7,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod figures;
 mod golden_tests;
 pub mod hash;
 pub mod mesh;

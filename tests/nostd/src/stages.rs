@@ -1,7 +1,9 @@
 //! One mesh through every stage: parts by shape diameter, an exact unwrap with its exposure, a short training, metrics.
 
+use crate::figures;
 use crate::hash::Hash;
 use crate::mesh::{Mesh, read};
+use core::fmt;
 use glam::{DVec2, DVec3};
 use seamwright_core::base::progress::Silent;
 use seamwright_core::base::scratch::{Scratch, ScratchTooSmall};
@@ -68,6 +70,19 @@ pub enum Failure {
     Output,
 }
 
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Failure::Mesh => f.write_str("the text is no mesh of triangles"),
+            Failure::Scratch(e) => e.fmt(f),
+            Failure::Unwrap(e) => e.fmt(f),
+            Failure::Train(e) => e.fmt(f),
+            Failure::Measure(e) => e.fmt(f),
+            Failure::Output => f.write_str("the lines could not be written"),
+        }
+    }
+}
+
 impl From<ScratchTooSmall> for Failure {
     fn from(e: ScratchTooSmall) -> Self {
         Failure::Scratch(e)
@@ -111,13 +126,13 @@ pub fn stages(
     let weights = training(mesh, exposure, seed, scratch.frame(), path, workers)?;
     let (corner_uv, _) = corner_uv.as_chunks::<3>();
     let judged = UvMesh { positions, triangles: faces, corner_uv };
-    let figures = measure(judged, Some(exposure), RESOLUTION, scratch.frame()).map_err(Failure::Measure)?;
+    let measured = measure(judged, Some(exposure), RESOLUTION, scratch.frame()).map_err(Failure::Measure)?;
     Ok(Stages {
         exposure: Hash::new().f32s(exposure.iter().copied()).end(),
         labels,
         weights,
         uvs,
-        metrics: Hash::new().text(&figures).end(),
+        metrics: figures::hash(&measured),
     })
 }
 

@@ -95,7 +95,10 @@ impl<'a> Board<'a> {
         let (word, shift) = (x / 64, x % 64);
         // Every seventh row first: neighbours tell much the same.
         for (first, step) in [(3, 7), (0, 1)] {
-            for row in (first..mask.height).step_by(step) {
+            let mut next = first;
+            while next < mask.height {
+                let row = next;
+                next += step;
                 let line = &self.blocked[(y + row) * words + word..(y + row + 1) * words];
                 let mut carry = 0u64;
                 for (i, &bits) in mask.row(row).iter().enumerate() {
@@ -157,11 +160,11 @@ impl<'a> Board<'a> {
         let (side, words) = (self.side, self.side / 64);
         let window = columns.0..columns.1;
         for y in rows.0.max(1)..rows.1 {
-            let (above, here) = self.distance.split_at_mut(y * side);
+            let (above, here) = self.distance.split_at_mut_checked(y * side).unwrap_or_default();
             relax_row(&mut here[..side], &above[(y - 1) * side..], window.clone(), false);
         }
         for y in (rows.0..rows.1).rev() {
-            let (here, below) = self.distance.split_at_mut((y + 1) * side);
+            let (here, below) = self.distance.split_at_mut_checked((y + 1) * side).unwrap_or_default();
             let row = &mut here[y * side..];
             if !below.is_empty() {
                 relax_row(row, &below[..side], window.clone(), true);

@@ -7,6 +7,7 @@
 use super::layout::Pose;
 use super::outline::{self, Edge, Outlines};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use glam::DVec2;
 
 /// Segments under one box.
@@ -41,7 +42,7 @@ pub(super) fn check(
     let order = frame.take::<u32>(count)?;
     place(edges, runs, run_start, boxes, poses, outlines);
     order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
-    order.sort_unstable_by(|&a, &b| boxes[a as usize][0].x.total_cmp(&boxes[b as usize][0].x).then(a.cmp(&b)));
+    sort::by(order, |&a, &b| boxes[a as usize][0].x.total_cmp(&boxes[b as usize][0].x).then(a.cmp(&b)));
     let placed = Placed { outlines, edges, runs, run_start };
 
     let mut clear = true;

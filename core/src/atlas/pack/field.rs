@@ -380,7 +380,7 @@ impl Lattice {
             let near: [(isize, isize); 4] = [(-1, 0), (-1, -1), (0, -1), (1, -1)];
             for row in 0..rows {
                 let y = if forward { row } else { rows - 1 - row };
-                for (pass, column) in (0..2 * columns).map(|i| (i / columns, i % columns)) {
+                for (pass, column) in (0..2).flat_map(|pass| (0..columns).map(move |column| (pass, column))) {
                     let rightward = (pass == 0) == forward;
                     let x = if rightward { column } else { columns - 1 - column };
                     let at = (y * columns + x) as usize;

@@ -13,6 +13,8 @@ use super::mask::Mask;
 use super::outline::{self, Outlines};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use crate::base::workers::{Workers, for_each_chunk};
 use core::f64::consts::{FRAC_PI_2, PI};
 use glam::DVec2;
@@ -132,7 +134,7 @@ pub(super) fn improve(
             mask: Mask::new(raster, &mut frame)?,
             board: Board::new(raster, &mut frame)?,
         };
-        lane.trial[..fixed.charts].copy_from_slice(&poses[..fixed.charts]);
+        lane.trial[..fixed.charts].copy_from(&poses[..fixed.charts]);
         let _ = lanes.push(lane);
     }
     for_each_chunk(workers, &mut lanes, 1, &|_, lane| {
@@ -143,7 +145,7 @@ pub(super) fn improve(
         if lane.side < side.min(fixed.room) {
             found = true;
             *side = lane.side;
-            poses.copy_from_slice(lane.poses);
+            poses.copy_from(lane.poses);
         }
     }
     Ok(found)
@@ -174,7 +176,7 @@ impl Lane<'_> {
             let side = real::sqrt(total / share);
             if self.place_all(side, outlines, upright, gap, turns) {
                 (low, self.side) = (share, side);
-                self.poses.copy_from_slice(self.trial);
+                self.poses.copy_from(self.trial);
                 share = (0.5 * (low + high)).min(low + 0.03);
             } else {
                 high = share;
@@ -188,7 +190,7 @@ impl Lane<'_> {
         let lane = self.index;
         let size = |chart: u32| size(outlines, chart as usize, lane);
         self.order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
-        self.order.sort_unstable_by(|&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
+        sort::by(self.order, |&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
     }
 
     /// Places all charts in a square of this side; false if one finds no place.
@@ -299,7 +301,7 @@ fn upright_angle(hull: &[DVec2]) -> f64 {
     let scan = hull.len() > HULL_MAX;
     let mut best = (f64::INFINITY, 0.0);
     for i in 0..if scan { 90 } else { hull.len() } {
-        let side = hull[(i + 1) % hull.len()] - hull[i];
+        let side = *hull.get(i + 1).unwrap_or(&hull[0]) - hull[i];
         let angle = if scan { PI / 180.0 * i as f64 } else { -real::atan2(side.y, side.x) };
         let area = area(angle);
         if area < best.0 {

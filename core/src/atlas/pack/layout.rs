@@ -136,7 +136,7 @@ pub fn pack(
     scratch: &mut Scratch,
     workers: &dyn Workers,
 ) -> Result<Summary, ScratchTooSmall> {
-    assert_eq!(placements.len(), charts.count, "one placement a chart");
+    debug_assert_eq!(placements.len(), charts.count, "one placement a chart");
     scratch.require(pack_need(charts.faces.len(), charts.count, settings))?;
     let mut frame = scratch.frame();
     let outlines = outline::trace(charts, &mut frame)?;

@@ -6,6 +6,7 @@
 
 use super::outline::Edge;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use glam::DVec2;
 use heapless::Vec;
 
@@ -132,12 +133,12 @@ impl<'a> Mask<'a> {
         let (w, h) = (self.width, self.height);
         let depth = &mut self.depth[..w * h];
         for y in 0..h {
-            let (above, rest) = depth.split_at_mut(y * w);
-            relax_row(&mut rest[..w], above.rchunks_exact(w).next(), false);
+            let (above, rest) = depth.split_at_mut_checked(y * w).unwrap_or_default();
+            relax_row(&mut rest[..w], above.len().checked_sub(w).map(|last| &above[last..]), false);
         }
         let mut best = [Pole { x: 0, y: 0, depth: 0 }; 16];
         for y in (0..h).rev() {
-            let (rest, below) = depth.split_at_mut((y + 1) * w);
+            let (rest, below) = depth.split_at_mut_checked((y + 1) * w).unwrap_or_default();
             let row = &mut rest[y * w..];
             relax_row(row, below.get(..w), true);
             let part = &mut best[y * 4 / h * 4..][..4];
@@ -150,9 +151,9 @@ impl<'a> Mask<'a> {
                 }
             }
         }
-        best.sort_unstable_by_key(|p| (255 - p.depth, p.y, p.x));
+        sort::by_key(&mut best, |p| (255 - p.depth, p.y, p.x));
         self.poles.clear();
-        self.poles.extend(best.into_iter().filter(|p| p.depth > 0));
+        best.into_iter().filter(|p| p.depth > 0).for_each(|p| _ = self.poles.push(p));
     }
 }
 

@@ -8,6 +8,7 @@
 use super::layout::Charts;
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use glam::DVec2;
 
 /// A directed border edge; the chart lies to its left.
@@ -124,7 +125,7 @@ pub(super) fn trace<'a>(charts: &Charts, scratch: &mut Scratch<'a>) -> Result<Ou
     measure_areas(unsorted, charts);
     order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
     let size = |k: u32| real::for_decision(unsorted[k as usize]);
-    order.sort_unstable_by(|&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
+    sort::by(order, |&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
     for (place, &chart) in order.iter().enumerate() {
         slot[chart as usize] = place as u32;
         area[place] = unsorted[chart as usize];
@@ -171,7 +172,7 @@ fn cancel_inner(sides: &mut [[u32; 4]], slot: &[u32], charts: &Charts) -> usize 
         }
     }
     let sides = &mut sides[..count];
-    sides.sort_unstable();
+    sort::ascending(sides);
     let (mut out, mut at) = (0, 0);
     while at < count {
         let chart = sides[at][0];
@@ -205,7 +206,7 @@ fn cancel_inner(sides: &mut [[u32; 4]], slot: &[u32], charts: &Charts) -> usize 
 
 /// Orders border edges chart by chart along their loops.
 fn walk_loops(edges: &mut [Edge], edge_start: &mut [u32], sides: &mut [[u32; 4]], seen: &mut [u8], charts: &Charts) {
-    sides.sort_unstable();
+    sort::ascending(sides);
     let (mut count, mut at) = (0, 0);
     for (chart, start) in edge_start.iter_mut().enumerate() {
         *start = count as u32;
@@ -247,7 +248,7 @@ fn centre_on_box(edges: &mut [Edge], centre: &mut DVec2, unit: f64) {
 
 /// Andrew's monotone chain: corners counter-clockwise into `hull`; the answer is their number. Sorts `points`.
 fn convex_hull(hull: &mut [DVec2], points: &mut [DVec2]) -> usize {
-    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    sort::by(points, |a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let n = points.len();
     let mut len = 0;
     let mut push = |p: DVec2, len: &mut usize, base: usize| {

@@ -14,6 +14,8 @@ use super::field::{self, Fields};
 use super::layout::{Gap, Pose, Settings};
 use super::outline::{self, Outlines};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use crate::base::vector::wide;
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::base::{random, real};
@@ -95,16 +97,19 @@ pub(super) fn improve(
             draws: 0,
             work: 0.0,
         };
-        lane.best.copy_from_slice(poses);
+        lane.best.copy_from(poses);
         let _ = lanes.push(lane);
     }
     let work = WORK * settings.effort * if real_charts <= FEW { FEW_WORK } else { 1.0 };
     for_each_chunk(workers, &mut lanes, 1, &|_, lane| lane.iter_mut().for_each(|l| l.search(work)));
-    lanes.sort_unstable_by(|a, b| a.best_side.total_cmp(&b.best_side).then(a.key.cmp(&b.key)));
-    for lane in &mut lanes {
+    let mut order: [usize; LANES] = core::array::from_fn(|i| i);
+    let key = |i: &usize| (lanes[*i].best_side, lanes[*i].key);
+    sort::by(&mut order, |a, b| key(a).0.total_cmp(&key(b).0).then(key(a).1.cmp(&key(b).1)));
+    for i in order {
+        let lane = &mut lanes[i];
         if lane.best_side < *side && lane.confirm(*side, &mut frame)? {
             *side = lane.best_side;
-            poses.copy_from_slice(lane.best);
+            poses.copy_from(lane.best);
         }
     }
     Ok(())
@@ -330,7 +335,7 @@ impl Lane<'_> {
                     best.pop();
                 }
                 let _ = best.push((loss, body));
-                best.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.angle.total_cmp(&b.1.angle)));
+                sort::by(&mut best, |a, b| a.0.total_cmp(&b.0).then(a.1.angle.total_cmp(&b.1.angle)));
             }
         }
         let mut found = (loss, now);

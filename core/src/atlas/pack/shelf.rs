@@ -7,6 +7,7 @@
 use super::layout::{Gap, Pose};
 use super::outline::Outlines;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
 use glam::DVec2;
 
 /// Bytes that [`place`] takes.
@@ -31,7 +32,7 @@ pub(super) fn place(
         *size = DVec2::new(size.min_element(), size.max_element());
         order[chart] = chart as u32;
     }
-    order.sort_unstable_by(|&a, &b| sizes[b as usize].y.total_cmp(&sizes[a as usize].y).then(a.cmp(&b)));
+    sort::by(order, |&a, &b| sizes[b as usize].y.total_cmp(&sizes[a as usize].y).then(a.cmp(&b)));
     let mut side = sizes.iter().fold(1.0, |side: f64, s| side.max(s.max_element()));
     let mut texels = gap.texels;
     loop {

@@ -5,8 +5,10 @@
 //! Limit: a pivot that is not positive is replaced by a huge one, which holds that unknown where it is.
 
 use crate::base::real::sqrt;
+use crate::base::slices::Slices;
 use crate::base::vector::wide;
 use crate::base::workers::{Workers, for_each_chunk};
+use core::ops::Range;
 
 /// Columns that are eliminated one by one before the others of their block are updated.
 const PANEL: usize = 8;
@@ -24,11 +26,11 @@ const ROWS: usize = 8;
 pub(super) fn partial_cholesky(a: &mut [f64], m: usize, own: usize, workers: &dyn Workers) {
     for first in (0..own).step_by(BLOCK) {
         let last = (first + BLOCK).min(own);
-        let (head, behind) = a.split_at_mut(last * m);
+        let (head, behind) = a.split_at_mut_checked(last * m).unwrap_or_default();
         let block = &mut head[first * m..];
         wide(
             #[inline(always)]
-            || eliminate(block, m, first),
+            || eliminate(block, m, first..last),
         );
         let block = &*block;
         for_each_chunk(workers, behind, TASK * m, &|task, columns| {
@@ -40,15 +42,15 @@ pub(super) fn partial_cholesky(a: &mut [f64], m: usize, own: usize, workers: &dy
     }
 }
 
-/// Eliminates the columns of a block, of which the first is column `first` of the matrix.
+/// Eliminates the columns of a block, which are these columns of the matrix.
 #[inline(always)]
-fn eliminate(block: &mut [f64], m: usize, first: usize) {
-    let count = block.len() / m;
+fn eliminate(block: &mut [f64], m: usize, Range { start: first, end }: Range<usize>) {
+    let count = end - first;
     let mut p = 0;
     while p < count {
         let width = PANEL.min(count - p);
         for j in p..p + width {
-            let (head, tail) = block.split_at_mut((j + 1) * m);
+            let (head, tail) = block.split_at_mut_checked((j + 1) * m).unwrap_or_default();
             let column = &mut head[j * m..];
             let row = first + j;
             let pivot = if column[row] > 0.0 { sqrt(column[row]) } else { 1e30 };
@@ -63,7 +65,7 @@ fn eliminate(block: &mut [f64], m: usize, first: usize) {
                 }
             }
         }
-        let (head, tail) = block.split_at_mut((p + width) * m);
+        let (head, tail) = block.split_at_mut_checked((p + width) * m).unwrap_or_default();
         update(tail, first + p + width, &head[p * m..], m);
         p += width;
     }
@@ -72,15 +74,14 @@ fn eliminate(block: &mut [f64], m: usize, first: usize) {
 /// Subtracts what the eliminated columns `block` do to `columns`, of which the first is column `first` of the matrix.
 #[inline(always)]
 fn update(columns: &mut [f64], first: usize, block: &[f64], m: usize) {
-    for (tile, columns) in columns.chunks_mut(TILE * m).enumerate() {
-        let k = first + tile * TILE;
-        if columns.len() == TILE * m {
-            subtract::<TILE>(columns, block, m, k);
-        } else {
-            for (i, column) in columns.chunks_exact_mut(m).enumerate() {
-                subtract::<1>(column, block, m, k + i);
-            }
-        }
+    let mut k = first;
+    let mut tiles = columns.rows_mut(TILE * m);
+    for tile in &mut tiles {
+        subtract::<TILE>(tile, block, m, k);
+        k += TILE;
+    }
+    for (column, k) in tiles.into_rest().rows_mut(m).zip(k..) {
+        subtract::<1>(column, block, m, k);
     }
 }
 
@@ -91,7 +92,7 @@ fn subtract<const C: usize>(columns: &mut [f64], block: &[f64], m: usize, k: usi
     let mut row = k;
     while row + ROWS <= m {
         let mut sums = [[0.0; ROWS]; C];
-        for l in block.chunks_exact(m) {
+        for l in block.rows(m) {
             let Some(rows) = l[row..].first_chunk::<ROWS>() else { continue };
             for (sum, f) in sums.iter_mut().zip(&l[k..k + C]) {
                 sum.iter_mut().zip(rows).for_each(|(s, l)| *s += f * l);
@@ -104,7 +105,7 @@ fn subtract<const C: usize>(columns: &mut [f64], block: &[f64], m: usize, k: usi
     }
     for row in row..m {
         for c in 0..C {
-            let sum: f64 = block.chunks_exact(m).map(|l| l[k + c] * l[row]).sum();
+            let sum: f64 = block.rows(m).map(|l| l[k + c] * l[row]).sum();
             columns[c * m + row] -= sum;
         }
     }

@@ -5,6 +5,8 @@
 
 use super::boughs::{Plan, plan};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::slices::Slices;
+use crate::base::sort;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
@@ -208,7 +210,7 @@ fn dissect(
                         b += 1;
                     }
                 }
-                range.copy_from_slice(spare);
+                range.copy_from(spare);
                 let (m, e) = (first + a_len, first + a_len + b_len);
                 let children = u32::from(a_len > 0) + u32::from(b_len > 0);
                 tasks.push(Task::Emit { first: e, last, children }).ok();
@@ -226,15 +228,16 @@ fn halve_by_place(range: &mut [u32], at: &[DVec3]) {
         .iter()
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), i| (l.min(at[*i as usize]), h.max(at[*i as usize])));
     let axis = (high - low).max_position();
-    range.select_nth_unstable_by(range.len() / 2, |a, b| {
-        at[*a as usize][axis].total_cmp(&at[*b as usize][axis]).then(a.cmp(b))
-    });
+    let along = |i: &u32| at[*i as usize].to_array()[axis];
+    let middle = range.len() / 2;
+    sort::select_by(range, middle, |a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
 }
 
 /// Marks the first half of the nodes with `stamp`, the others with `stamp + 1`; returns the size of the smaller side's
 /// row of nodes that touch the other side.
 fn mark(range: &[u32], side: &mut [u32], stamp: u32, start: &[u32], neighbours: &[u32]) -> usize {
-    let (a, b) = range.split_at(range.len() / 2);
+    let middle = range.len() / 2;
+    let (a, b) = (&range[..middle], &range[middle..]);
     a.iter().for_each(|i| side[*i as usize] = stamp);
     b.iter().for_each(|i| side[*i as usize] = stamp + 1);
     let touching = |half: &[u32], other: u32| {
@@ -281,7 +284,7 @@ fn order_by_breadth(
                 }
             }
         }
-        range.copy_from_slice(&queue[..tail]);
+        range.copy_from(&queue[..tail]);
     }
 }
 
@@ -335,7 +338,7 @@ fn borders<'a>(
                     }
                 }
             }
-            out[begin..len].sort_unstable();
+            sort::ascending(&mut out[begin..len]);
             fronts[f].border = begin as u32;
             fronts[f].border_len = (len - begin) as u32;
             open.push(f as u32).ok();

@@ -7,6 +7,7 @@
 use super::dense::partial_cholesky;
 use super::dissection::{Front, Symbolic};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::workers::{Workers, for_each_chunk};
 use glam::DVec2;
 
@@ -110,7 +111,7 @@ impl<'a> Bench<'a> {
         (self.m, self.own) = (m, own);
         let (values, vector) = (&mut self.matrix[..m * m], &mut self.vector[..m]);
         // Nobody reads what is above the diagonal.
-        values.chunks_exact_mut(m).enumerate().for_each(|(c, column)| column[c..].fill(0.0));
+        values.rows_mut(m).enumerate().for_each(|(c, column)| column[c..].fill(0.0));
         vector.fill(0.0);
         for (k, node) in symbolic.own_nodes(f).iter().enumerate() {
             self.local[*node as usize] = k as u32;
@@ -127,7 +128,7 @@ impl<'a> Bench<'a> {
         partial_cholesky(values, m, own, workers);
         for c in 0..own {
             let column = &values[c * m..(c + 1) * m];
-            let (done, below) = vector.split_at_mut(c + 1);
+            let (done, below) = vector.split_at_mut_checked(c + 1).unwrap_or_default();
             done[c] /= column[c];
             below.iter_mut().zip(&column[c + 1..]).for_each(|(v, l)| *v -= done[c] * l);
         }
@@ -153,10 +154,10 @@ impl<'a> Bench<'a> {
         let mut at = 0;
         for c in self.own..self.m {
             let column = &self.matrix[c * self.m + c..(c + 1) * self.m];
-            out[at..at + column.len()].copy_from_slice(column);
+            out[at..at + column.len()].copy_from(column);
             at += column.len();
         }
-        out[at..].copy_from_slice(&self.vector[self.own..self.m]);
+        out[at..].copy_from(&self.vector[self.own..self.m]);
     }
 }
 
@@ -184,15 +185,15 @@ fn extend_add(
                 break;
             }
             let side = 2 * (border.len() - c);
-            let (first, after) = rest.split_at(side);
-            let (second, after) = after.split_at(side - 1);
-            rest = after;
-            let (head, tail) = columns[(to - begin) * m..].split_at_mut(m);
+            let (first, second) = (&rest[..side], &rest[side..2 * side - 1]);
+            rest = &rest[2 * side - 1..];
+            let (head, tail) = columns[(to - begin) * m..].split_at_mut_checked(m).unwrap_or_default();
             head[to] += first[0];
             head[to + 1] += first[1];
             tail[to + 1] += second[0];
             // Borders ascend and so do the parent's places: row >= column holds there too.
-            for (p, (a, b)) in border[c + 1..].iter().zip(first[2..].chunks_exact(2).zip(second[1..].chunks_exact(2))) {
+            let pairs = first[2..].as_chunks::<2>().0.iter().zip(second[1..].as_chunks::<2>().0);
+            for (p, (a, b)) in border[c + 1..].iter().zip(pairs) {
                 let row = place(p);
                 head[row] += a[0];
                 head[row + 1] += a[1];
@@ -202,7 +203,7 @@ fn extend_add(
         }
     });
     let at = update.len() - 2 * border.len();
-    for (p, pair) in border.iter().zip(update[at..].chunks_exact(2)) {
+    for (p, pair) in border.iter().zip(update[at..].as_chunks::<2>().0) {
         let row = place(p);
         vector[row] += pair[0];
         vector[row + 1] += pair[1];
@@ -235,22 +236,26 @@ impl Unknowns<'_> {
     pub fn back(&mut self, front: &Front, columns: &[f32], symbolic: &Symbolic, part: &mut [f64]) {
         let (m, own) = (front.size(), front.own());
         let first = 2 * (front.first as usize - self.first);
-        part[..own].copy_from_slice(&self.own[first..first + own]);
+        part[..own].copy_from(&self.own[first..first + own]);
         for (k, p) in symbolic.border[front.border_range()].iter().enumerate() {
-            part[own + 2 * k..own + 2 * k + 2].copy_from_slice(&self.get(*p));
+            part[own + 2 * k..own + 2 * k + 2].copy_from(&self.get(*p));
         }
         let mut end = front.column_len();
         for c in (0..own).rev() {
             let column = &columns[end - (m - c)..end];
             end -= m - c;
             let mut sums = [0.0; 4];
-            for (p, l) in part[c + 1..m].chunks(4).zip(column[1..].chunks(4)) {
+            let mut add = |p: &[f64], l: &[f32]| {
                 for ((s, p), l) in sums.iter_mut().zip(p).zip(l) {
                     *s += p * f64::from(*l);
                 }
-            }
+            };
+            let ((fours, rest), (column_fours, column_rest)) =
+                (part[c + 1..m].as_chunks::<4>(), column[1..].as_chunks::<4>());
+            fours.iter().zip(column_fours).for_each(|(p, l)| add(p, l));
+            add(rest, column_rest);
             part[c] = (part[c] - ((sums[0] + sums[1]) + (sums[2] + sums[3]))) / f64::from(column[0]);
         }
-        self.own[first..first + own].copy_from_slice(&part[..own]);
+        self.own[first..first + own].copy_from(&part[..own]);
     }
 }

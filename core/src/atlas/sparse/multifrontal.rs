@@ -10,6 +10,7 @@ use super::boughs::LANES;
 use super::dissection::Symbolic;
 use super::front::{Add, Bench, Unknowns, Updates, take_dirty};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Serial, Workers, for_each_chunk};
 use glam::DVec2;
 
@@ -81,7 +82,7 @@ impl<'a> Factor<'a> {
                     break;
                 }
                 let slot = &slots[(next - ready.start) * plan.update_len..][..front.update_len()];
-                updates.push(root, front, |update| update.copy_from_slice(slot));
+                updates.push(root, front, |update| update.copy_from(slot));
                 (f, next) = (root + 1, next + 1);
             }
             let end =
@@ -94,7 +95,7 @@ impl<'a> Factor<'a> {
             for f in f..end {
                 let front = &symbolic.fronts[f];
                 bench.eliminate(f, symbolic, &mut updates, add, workers);
-                y[2 * front.first as usize..][..front.own()].copy_from_slice(bench.solved());
+                y[2 * front.first as usize..][..front.own()].copy_from(bench.solved());
                 bench.write_columns(&mut self.values[front.factor as usize..][..front.column_len()]);
                 updates.push(f, front, |update| bench.write_update(update));
             }
@@ -137,7 +138,7 @@ impl<'a> Factor<'a> {
             job.eliminate(true, symbolic, add);
             let len = symbolic.fronts[job.root].update_len();
             if let Some((_, update)) = job.updates.as_mut().and_then(|u| u.pop(symbolic)) {
-                job.update[..len].copy_from_slice(update);
+                job.update[..len].copy_from(update);
             }
         });
         Ok(())
@@ -173,8 +174,8 @@ impl<'a> Factor<'a> {
             for root in &plan.roots[boughs.clone()] {
                 let border = &symbolic.border[symbolic.fronts[*root as usize].border_range()];
                 let values = frame.take::<f64>(2 * border.len())?;
-                for (pair, p) in values.chunks_exact_mut(2).zip(border) {
-                    pair.copy_from_slice(&y[2 * *p as usize..][..2]);
+                for (pair, p) in values.as_chunks_mut::<2>().0.iter_mut().zip(border) {
+                    pair.copy_from(&y[2 * *p as usize..][..2]);
                 }
                 far.push(values).ok();
             }
@@ -218,7 +219,7 @@ impl Job<'_> {
             let front = &symbolic.fronts[f];
             bench.eliminate(f, symbolic, updates, add, &Serial);
             if solve {
-                self.y[2 * (front.first - first.first) as usize..][..front.own()].copy_from_slice(bench.solved());
+                self.y[2 * (front.first - first.first) as usize..][..front.own()].copy_from(bench.solved());
             }
             if !self.columns.is_empty() {
                 let at = (front.factor - first.factor) as usize;
@@ -260,9 +261,8 @@ impl<'c, T> Cursor<'c, T> {
     /// The values of `range`, counted in `size`.
     fn take(&mut self, range: core::ops::Range<usize>, size: usize) -> &'c mut [T] {
         let (first, last) = (range.start * size, range.end * size);
-        let (head, rest) = core::mem::take(&mut self.rest).split_at_mut(last - self.at);
-        let skip = first - self.at;
-        (self.rest, self.at) = (rest, last);
+        let (head, skip) = (take_first(&mut self.rest, last - self.at), first - self.at);
+        self.at = last;
         &mut head[skip..]
     }
 }

@@ -10,6 +10,7 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 /// f32 or f64, with arithmetic and the rows of a matrix product.
 pub trait Float:
     Real
+    + Default
     + Pod
     + Send
     + Sync

@@ -21,7 +21,9 @@ mod product_tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+use crate::base::slices::Slices;
 use crate::base::workers::{Workers, for_each_chunk};
+use core::num::NonZero;
 pub use float::Float;
 
 /// Slope of LeakyReLU below zero.
@@ -156,9 +158,9 @@ impl<T: Float> Finish<'_, T> {
             Finish::Nothing => {}
             Finish::Leaky => rows.iter_mut().for_each(|y| *y = *y * slope_at(*y)),
             Finish::Masked(of) => {
-                let height = of.len() / columns.max(1);
-                for (i, row) in rows.chunks_exact_mut(columns).enumerate() {
-                    let at = (first + i) % height * columns;
+                let Some(len) = NonZero::new(of.len()) else { return };
+                for (i, row) in rows.rows_mut(columns).enumerate() {
+                    let at = (first + i) * columns % len;
                     row.iter_mut().zip(&of[at..at + columns]).for_each(|(y, m)| *y = *y * slope_at(*m));
                 }
             }
@@ -198,18 +200,22 @@ pub fn product<T: Float>(
     if rows == 0 || columns == 0 {
         return;
     }
+    let path = if path.is_available() { path } else { Path::Plain };
     let width = T::panel(path);
-    let packed = &mut packed[..columns.next_multiple_of(width) * depth];
+    let padded = padded(columns, width);
+    let packed = &mut packed[..padded * depth];
     if depth > 0 {
-        let padded = columns.next_multiple_of(width);
-        for_each_chunk(workers, packed, SLAB * padded, &|slab, out| pack(out, b, slab * SLAB, width, columns));
+        for_each_chunk(workers, packed, SLAB * padded, &|slab, out| {
+            let first = slab * SLAB;
+            pack(out, b, first..(first + SLAB).min(depth), width, columns)
+        });
     }
     let (packed, block) = (&*packed, shape.block());
     for_each_chunk(workers, &mut c[..rows * columns], block * columns, &|task, rows| {
         match start {
             Start::Zero if depth == 0 => rows.fill(T::ZERO),
             Start::Zero | Start::Sum => {}
-            Start::Bias(bias) => rows.chunks_exact_mut(columns).for_each(|row| row.copy_from_slice(bias)),
+            Start::Bias(bias) => rows.rows_mut(columns).for_each(|row| row.copy_from(bias)),
         }
         let first = task * block;
         let a = Matrix { data: &a.data[(first * a.row).min(a.data.len())..], ..a };
@@ -219,43 +225,52 @@ pub fn product<T: Float>(
     });
 }
 
+/// `columns`, made up to whole panels of `width`: a power of two.
+#[inline(always)]
+const fn padded(columns: usize, width: usize) -> usize {
+    (columns + width - 1) & !(width - 1)
+}
+
 /// Where the panel that begins at `column` lies in packed B: slab after slab, in each panel after panel.
 #[inline(always)]
 fn panel_of(slab: &core::ops::Range<usize>, column: usize, columns: usize, width: usize) -> core::ops::Range<usize> {
-    let at = slab.start * columns.next_multiple_of(width) + column * slab.len();
+    let at = slab.start * padded(columns, width) + column * slab.len();
     at..at + width * slab.len()
 }
 
-/// Packs a slab of B, from row `first` on; columns beyond the last become zero.
-fn pack<T: Float>(out: &mut [T], b: Matrix<T>, first: usize, width: usize, columns: usize) {
-    let rows = out.len() / columns.next_multiple_of(width);
+/// Packs the rows `slab` of B; columns beyond the last become zero.
+fn pack<T: Float>(out: &mut [T], b: Matrix<T>, slab: core::ops::Range<usize>, width: usize, columns: usize) {
+    let (first, rows) = (slab.start, slab.len());
     if b.column == 1 {
         // Row by row, so that each is read once and in order.
         for k in 0..rows {
             let row = &b.data[(first + k) * b.row..][..columns];
-            for (panel, from) in row.chunks(width).enumerate() {
-                let to = &mut out[(panel * rows + k) * width..][..width];
+            let mut column = 0;
+            while column < columns {
+                let from = &row[column..columns.min(column + width)];
+                let to = &mut out[column * rows + k * width..][..width];
                 let (whole, rest) = from.as_chunks::<{ plain::WIDTH }>();
-                let (to_whole, to_rest) = to.split_at_mut(from.len() - rest.len());
-                to_whole.as_chunks_mut::<{ plain::WIDTH }>().0.iter_mut().zip(whole).for_each(|(to, from)| *to = *from);
-                for (i, to) in to_rest.iter_mut().enumerate() {
+                let mut parts = to.as_chunks_mut::<{ plain::WIDTH }>().0.iter_mut();
+                whole.iter().zip(&mut parts).for_each(|(from, to)| *to = *from);
+                for (i, to) in parts.into_slice().as_flattened_mut().iter_mut().enumerate() {
                     *to = rest.get(i).copied().unwrap_or(T::ZERO);
                 }
+                column += width;
             }
         }
     } else {
         // B is a transposed matrix: its columns are contiguous, and four are walked side by side.
-        for (panel, out) in out.chunks_exact_mut(rows * width).enumerate() {
+        for (panel, out) in out.rows_mut(rows * width).enumerate() {
             for part in (0..width).step_by(4) {
                 let column = panel * width + part;
                 let line = |j: usize| &b.data[(column + j) * b.column + first..][..rows];
                 if column + 4 <= columns {
                     let lines = line(0).iter().zip(line(1)).zip(line(2)).zip(line(3));
-                    for (row, (((p, q), r), s)) in out.chunks_exact_mut(width).zip(lines) {
-                        row[part..part + 4].copy_from_slice(&[*p, *q, *r, *s]);
+                    for (row, (((p, q), r), s)) in out.rows_mut(width).zip(lines) {
+                        row[part..part + 4].copy_from(&[*p, *q, *r, *s]);
                     }
                 } else {
-                    for (k, row) in out.chunks_exact_mut(width).enumerate() {
+                    for (k, row) in out.rows_mut(width).enumerate() {
                         for (j, to) in row[part..part + 4].iter_mut().enumerate() {
                             *to = if column + j < columns { line(j)[k] } else { T::ZERO };
                         }

@@ -2,15 +2,15 @@
 //!
 //! `unsafe` lives here: vector instructions that the target has by definition.
 
-use super::Rows;
+use super::{Rows, padded};
 use core::arch::aarch64::*;
 
 /// Columns of a packed panel.
 pub(super) const WIDTH: usize = wide128::WIDTH;
 
 /// See [`super::Float::fill_rows`].
-pub(super) fn fill_rows(task: Rows<f32>) {
-    assert!(task.packed.len() >= task.columns.next_multiple_of(WIDTH) * task.depth);
+pub(super) fn fill_rows(mut task: Rows<f32>) {
+    task.packed = &task.packed[..padded(task.columns, WIDTH) * task.depth];
     // SAFETY: this file is compiled where the target has NEON, and the packed panels are complete.
     unsafe { wide128::fill_rows(task) }
 }

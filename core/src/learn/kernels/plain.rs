@@ -1,6 +1,7 @@
 //! The plain path: rows of C in array code, for every machine and both number types; the reference of the others.
 
 use super::{Float, Rows, SLAB, panel_of, steps};
+use crate::base::slices::Slices;
 
 /// Columns of a tile and of a packed panel.
 pub(super) const WIDTH: usize = 8;
@@ -9,7 +10,7 @@ const HEIGHT: usize = 4;
 /// Adds A B to rows of C with `fused(a, b, c)` at each step; see [`Float::fill_rows`].
 pub(super) fn fill_rows<T: Float>(task: Rows<T>, fused: impl Fn(T, T, T) -> T + Copy) {
     let Rows { rows, columns, depth, a, packed, begins_at_zero } = task;
-    let count = rows.len() / columns;
+    let Some(count) = rows.len().checked_div(columns) else { return };
     for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
         for row in (0..count).step_by(HEIGHT) {
             let height = HEIGHT.min(count - row);
@@ -21,15 +22,15 @@ pub(super) fn fill_rows<T: Float>(task: Rows<T>, fused: impl Fn(T, T, T) -> T + 
                 let panel = &packed[panel_of(&slab, column, columns, WIDTH)];
                 let mut tile = [[T::ZERO; WIDTH]; HEIGHT];
                 for (r, line) in tile.iter_mut().enumerate().take(if begins { 0 } else { height }) {
-                    line[..width].copy_from_slice(&rows[(row + r) * columns + column..][..width]);
+                    line[..width].copy_from(&rows[(row + r) * columns + column..][..width]);
                 }
-                for (x, y) in left.iter().zip(panel.chunks_exact(WIDTH)) {
+                for (x, y) in left.iter().zip(panel.as_chunks::<WIDTH>().0) {
                     for (line, &x) in tile.iter_mut().zip(x) {
                         line.iter_mut().zip(y).for_each(|(c, &y)| *c = fused(x, y, *c));
                     }
                 }
                 for (r, line) in tile.iter().enumerate().take(height) {
-                    rows[(row + r) * columns + column..][..width].copy_from_slice(&line[..width]);
+                    rows[(row + r) * columns + column..][..width].copy_from(&line[..width]);
                 }
             }
         }

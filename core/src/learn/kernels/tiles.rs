@@ -3,7 +3,7 @@
 //!
 //! One macro writes it for each kind of vector: its lanes, how many make a row of the tile, and the five operations of
 //! `core::arch` that it takes. `unsafe` lives here: instructions that the caller has found, and loads and stores through
-//! pointers whose bounds are asserted once a task.
+//! pointers whose bounds are those of slices taken just before.
 
 use super::PACKED_ROWS;
 
@@ -17,6 +17,7 @@ macro_rules! tiles {
      $broadcast:ident, $fused:ident) => {
         mod $module {
             use super::*;
+            use crate::base::slices::Slices;
             use crate::learn::kernels::{PACKED_ROWS, Rows, SLAB, panel_of, steps, tiles::HEIGHT};
             use core::mem::MaybeUninit;
 
@@ -41,12 +42,12 @@ macro_rules! tiles {
             #[target_feature(enable = $features)]
             unsafe fn walk<const TILES: usize>(task: Rows<f32>) {
                 let Rows { rows, columns, depth, a, packed, begins_at_zero } = task;
-                let count = rows.len() / columns;
+                let Some(count) = rows.len().checked_div(columns) else { return };
                 // Clearing it would take a tenth of a small product's time.
                 let mut left = [[MaybeUninit::<[f32; HEIGHT]>::uninit(); SLAB]; TILES];
                 for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
                     let begins = begins_at_zero && slab.start == 0;
-                    for block in (0..count).step_by(if TILES == 1 { count } else { TILES * HEIGHT }) {
+                    for block in (0..count).step_by(if TILES == 1 { count.max(1) } else { TILES * HEIGHT }) {
                         let end = if TILES == 1 { count } else { (block + TILES * HEIGHT).min(count) };
                         let is_direct = |row: usize| TILES == 1 && row + HEIGHT <= end;
                         // With one tile of memory that is the last, ragged one.
@@ -58,8 +59,7 @@ macro_rules! tiles {
                             let panel = &packed[panel_of(&slab, column, columns, WIDTH)];
                             for (i, row) in (block..end).step_by(HEIGHT).enumerate() {
                                 let left = if is_direct(row) {
-                                    let rows = &a.data[row * a.row..];
-                                    assert!(rows.len() >= (HEIGHT - 1) * a.row + slab.end);
+                                    let rows = &a.data[row * a.row..][..(HEIGHT - 1) * a.row + slab.end];
                                     (rows[slab.start..].as_ptr(), a.row, 1)
                                 } else {
                                     (left[if TILES == 1 { 0 } else { i }].as_ptr().cast(), 1, HEIGHT)
@@ -67,20 +67,20 @@ macro_rules! tiles {
                                 let (height, width) = (HEIGHT.min(end - row), WIDTH.min(columns - column));
                                 let at = row * columns + column;
                                 if height == HEIGHT && width == WIDTH {
-                                    assert!(at + (HEIGHT - 1) * columns + WIDTH <= rows.len());
-                                    // SAFETY: the tile's six rows lie inside `rows`, as just seen.
-                                    unsafe { tile(rows.as_mut_ptr().add(at), columns, left, panel, begins) };
+                                    let rows = &mut rows[at..][..(HEIGHT - 1) * columns + WIDTH];
+                                    // SAFETY: these are the tile's six rows.
+                                    unsafe { tile(rows.as_mut_ptr(), columns, left, panel, begins) };
                                 } else {
                                     let mut edge = [0.0; HEIGHT * WIDTH];
                                     for r in 0..height {
                                         let from = &rows[at + r * columns..][..width];
-                                        edge[r * WIDTH..][..width].copy_from_slice(from);
+                                        edge[r * WIDTH..][..width].copy_from(from);
                                     }
                                     // SAFETY: the tile is the whole of `edge`.
                                     unsafe { tile(edge.as_mut_ptr(), WIDTH, left, panel, begins) };
                                     for r in 0..height {
                                         let to = &mut rows[at + r * columns..][..width];
-                                        to.copy_from_slice(&edge[r * WIDTH..][..width]);
+                                        to.copy_from(&edge[r * WIDTH..][..width]);
                                     }
                                 }
                             }

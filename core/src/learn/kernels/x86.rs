@@ -2,7 +2,7 @@
 //!
 //! `unsafe` lives here: instructions found at run time.
 
-use super::{Path, Rows};
+use super::{Path, Rows, padded};
 use core::arch::x86_64::*;
 
 /// Whether the machine and its system support the instructions of `path`.
@@ -22,16 +22,15 @@ pub(super) fn panel(path: Path) -> usize {
     if path == Path::Avx512 { wide512::WIDTH } else { wide256::WIDTH }
 }
 
-/// See [`super::Float::fill_rows`]. Panics where the machine lacks the instructions.
-pub(super) fn fill_rows(path: Path, task: Rows<f32>) {
-    assert!(has(path), "the machine has no {path:?}");
-    assert!(task.packed.len() >= task.columns.next_multiple_of(panel(path)) * task.depth);
-    // SAFETY: the instructions are there, as just found, and the packed panels are complete.
-    unsafe {
-        match path {
-            Path::Avx512 => wide512::fill_rows(task),
-            _ => wide256::fill_rows(task),
-        }
+/// See [`super::Float::fill_rows`]. Does nothing where the machine lacks the instructions: `product` asks first.
+pub(super) fn fill_rows(path: Path, mut task: Rows<f32>) {
+    task.packed = &task.packed[..padded(task.columns, panel(path)) * task.depth];
+    match path {
+        // SAFETY: the instructions are there, as just found, and the packed panels are complete.
+        Path::Avx512 if has(path) => unsafe { wide512::fill_rows(task) },
+        // SAFETY: as above.
+        Path::Avx2 if has(path) => unsafe { wide256::fill_rows(task) },
+        _ => debug_assert!(false, "the machine has no {path:?}"),
     }
 }
 

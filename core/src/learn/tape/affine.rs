@@ -6,8 +6,10 @@
 
 use super::{Operation, Replay, Tape, Var};
 use crate::base::scratch::{ScratchTooSmall, bytes_for};
+use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::learn::kernels::{Finish, Float, Matrix, Shape, Start, product, slope_at};
+use core::num::NonZero;
 
 /// Values that a task of an elementwise pass takes: 64 KB of f32. 2^12 costs more to hand out than to do.
 const CHUNK: usize = 1 << 14;
@@ -38,7 +40,7 @@ pub struct Affine {
 impl Tape {
     /// A layer; see [`Affine`].
     pub fn affine(&mut self, x: Var, w: Var, b: Option<Var>, activation: Activation) -> Var {
-        assert!(x.columns == w.columns && b.is_none_or(|b| b.count() == w.rows), "the layer's sizes agree");
+        debug_assert!(x.columns == w.columns && b.is_none_or(|b| b.count() == w.rows), "the layer's sizes agree");
         let y = self.output(x.rows, w.rows, &[x, w]);
         self.push(Affine { x, w, b, y, activation })
     }
@@ -104,7 +106,7 @@ impl Operation for Affine {
                 if fresh[2] {
                     d_b.fill(T::ZERO);
                 }
-                for row in d_y.chunks_exact(outer) {
+                for row in d_y.rows(outer) {
                     d_b.iter_mut().zip(&row[task * BIAS_CHUNK..]).for_each(|(b, y)| *b += *y);
                 }
             });
@@ -125,15 +127,13 @@ impl Operation for Affine {
 
 /// Multiplies each value of `d` by the slope of LeakyReLU where its output is `y`, which repeats along `d`.
 fn times_slope<T: Float>(d: &mut [T], y: &[T], workers: &dyn Workers) {
-    if y.is_empty() {
-        return;
-    }
+    let Some(len) = NonZero::new(y.len()) else { return };
     for_each_chunk(workers, d, CHUNK, &|task, mut d| {
-        let mut at = task * CHUNK % y.len();
+        let mut at = task * CHUNK % len;
         while !d.is_empty() {
-            let (now, later) = d.split_at_mut(d.len().min(y.len() - at));
-            now.iter_mut().zip(&y[at..]).for_each(|(d, y)| *d = *d * slope_at(*y));
-            (d, at) = (later, 0);
+            let now = d.len().min(y.len() - at);
+            take_first(&mut d, now).iter_mut().zip(&y[at..]).for_each(|(d, y)| *d = *d * slope_at(*y));
+            at = 0;
         }
     });
 }

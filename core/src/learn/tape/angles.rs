@@ -20,7 +20,7 @@ pub struct Angles {
 impl Tape {
     /// Mean difference of corner cosines; see [`Angles`].
     pub fn angles(&mut self, x: Var, faces: Table, target: Var) -> Var {
-        assert!(x.columns == 2 && faces.len == target.count() && target.columns == 3 && !target.has_gradient);
+        debug_assert!(x.columns == 2 && faces.len == target.count() && target.columns == 3 && !target.has_gradient);
         let y = self.output(1, 1, &[x]);
         self.push(Angles { x, faces, target, y })
     }
@@ -68,7 +68,8 @@ impl Operation for Angles {
         let (before, y) = self.y.split(run.values);
         let (x, target) = (self.x.of(before), self.target.of(before));
         let mut sum = 0.0;
-        for (face, target) in self.faces.of(run.indices).chunks_exact(3).zip(target.chunks_exact(3)) {
+        for (face, target) in self.faces.of(run.indices).as_chunks::<3>().0.iter().zip(target.as_chunks::<3>().0.iter())
+        {
             for (c, &target) in target.iter().enumerate() {
                 let excess = Corner::<T, 2>::new(x, turned(face, c)).cosine() - target;
                 sum += (excess * sign(excess)).wide();
@@ -82,7 +83,8 @@ impl Operation for Angles {
         let (before, d_y) = self.y.split(run.gradients);
         let share = T::of(d_y[0].wide() / self.target.count().max(1) as f64);
         let (x, d_x, target) = (self.x.of(run.values), self.x.of_mut(before), self.target.of(run.values));
-        for (face, target) in self.faces.of(run.indices).chunks_exact(3).zip(target.chunks_exact(3)) {
+        for (face, target) in self.faces.of(run.indices).as_chunks::<3>().0.iter().zip(target.as_chunks::<3>().0.iter())
+        {
             for (c, &target) in target.iter().enumerate() {
                 let at = turned(face, c);
                 let corner = Corner::<T, 2>::new(x, at);

@@ -20,8 +20,8 @@ pub struct Cosine {
 impl Tape {
     /// 1 - mean cosine of the rows of `a` with those of the input `b` that `map` names (the same row without it).
     pub fn cosine(&mut self, a: Var, b: Var, map: Option<Table>) -> Var {
-        assert!(a.columns == 3 && b.columns == 3 && !b.has_gradient, "vectors, and fixed ones beside them");
-        assert!(map.map_or(a.rows <= b.rows, |map| map.len >= a.rows), "a direction for each row");
+        debug_assert!(a.columns == 3 && b.columns == 3 && !b.has_gradient, "vectors, and fixed ones beside them");
+        debug_assert!(map.map_or(a.rows <= b.rows, |map| map.len >= a.rows), "a direction for each row");
         let y = self.output(1, 1, &[a]);
         self.push(Cosine { a, b, map, y })
     }
@@ -69,7 +69,7 @@ impl Operation for Cosine {
     fn backward<T: Float>(&self, run: &mut Replay<T>, _: [bool; 3]) -> Result<(), ScratchTooSmall> {
         let (before, d_y) = self.y.split(run.gradients);
         let share = T::of(-d_y[0].wide() / self.a.rows.max(1) as f64);
-        for (i, d_a) in self.a.of_mut(before).chunks_exact_mut(3).enumerate() {
+        for (i, d_a) in self.a.of_mut(before).as_chunks_mut::<3>().0.iter_mut().enumerate() {
             let Some((a, b, la, lb)) = self.row(run.values, run.indices, i) else { continue };
             let scale = share / (at_least(la) * at_least(lb));
             // The length's own derivative: none where the floor stands in for it.

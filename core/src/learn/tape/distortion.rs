@@ -51,21 +51,21 @@ pub struct Barrier {
 impl Tape {
     /// The scale of the map `x` (n, 2) over `faces` with their `rest` (faces, 5, an input; see [`rest_of`]).
     pub fn scale(&mut self, x: Var, faces: Table, rest: Var) -> Var {
-        assert!(x.columns == 2 && rest.columns == REST && faces.len == 3 * rest.rows && !rest.has_gradient);
+        debug_assert!(x.columns == 2 && rest.columns == REST && faces.len == 3 * rest.rows && !rest.has_gradient);
         let y = self.output(1, 1, &[]);
         self.push(Scale { x, faces, rest, y })
     }
 
     /// Penalty on folds and collapsed area; see [`Hinge`].
     pub fn hinge(&mut self, x: Var, faces: Table, rest: Var, scale: Var, margin: f64) -> Var {
-        assert!(x.columns == 2 && rest.columns == REST && faces.len == 3 * rest.rows);
+        debug_assert!(x.columns == 2 && rest.columns == REST && faces.len == 3 * rest.rows);
         let y = self.output(1, 1, &[x]);
         self.push(Hinge { x, faces, rest, scale, y, margin })
     }
 
     /// Symmetric Dirichlet energy past folds; see [`Barrier`].
     pub fn barrier(&mut self, x: Var, faces: Table, rest: Var, scale: Var) -> Var {
-        assert!(x.columns == 2 && rest.columns == REST && faces.len == 3 * rest.rows);
+        debug_assert!(x.columns == 2 && rest.columns == REST && faces.len == 3 * rest.rows);
         let y = self.output(1, 1, &[x]);
         self.push(Barrier { x, faces, rest, scale, y })
     }
@@ -131,7 +131,8 @@ fn sum<T: Float>([x, rest, scale]: [&[T]; 3], faces: &[u32], mut term: impl FnMu
     if !inverse.wide().is_finite() {
         return 0.0;
     }
-    let faces = faces.chunks_exact(3).zip(rest.chunks_exact(REST)).filter(|(_, rest)| rest[4] > T::ZERO);
+    let faces =
+        faces.as_chunks::<3>().0.iter().zip(rest.as_chunks::<REST>().0.iter()).filter(|(_, rest)| rest[4] > T::ZERO);
     faces.map(|(face, rest)| rest[4].wide() * term(jacobian(x, face, rest), inverse).wide()).sum()
 }
 
@@ -147,7 +148,9 @@ fn spread<T: Float>(
     if !inverse.wide().is_finite() {
         return;
     }
-    for (face, rest) in faces.chunks_exact(3).zip(rest.chunks_exact(REST)).filter(|(_, rest)| rest[4] > T::ZERO) {
+    for (face, rest) in
+        faces.as_chunks::<3>().0.iter().zip(rest.as_chunks::<REST>().0.iter()).filter(|(_, rest)| rest[4] > T::ZERO)
+    {
         let d_j = slope(jacobian(x, face, rest), inverse);
         send(d_x, face, rest, d_j.map(|row| row.map(|d| d * share * rest[4])));
     }

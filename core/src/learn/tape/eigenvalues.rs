@@ -18,7 +18,7 @@ pub struct Eigenvalues {
 impl Tape {
     /// Mean difference of the eigenvalues of J^T J; see [`Eigenvalues`].
     pub fn eigenvalues(&mut self, t: Var) -> Var {
-        assert!(t.columns == 3 && t.rows.is_multiple_of(2), "two tangent columns in space");
+        debug_assert!(t.columns == 3 && t.rows.is_multiple_of(2), "two tangent columns in space");
         let y = self.output(1, 1, &[t]);
         self.push(Eigenvalues { t, y })
     }
@@ -41,8 +41,9 @@ impl Operation for Eigenvalues {
 
     fn forward<T: Float>(&self, run: &mut Replay<T>) -> Result<(), ScratchTooSmall> {
         let (before, y) = self.y.split(run.values);
-        let (first, second) = self.t.of(before).split_at(self.t.count() / 2);
-        let columns = first.chunks_exact(3).zip(second.chunks_exact(3));
+        let t = self.t.of(before);
+        let (first, second) = (&t[..t.len() / 2], &t[t.len() / 2..]);
+        let columns = first.as_chunks::<3>().0.iter().zip(second.as_chunks::<3>().0.iter());
         let sum: f64 = columns.map(|(j1, j2)| spread(j1, j2).2.wide()).sum();
         y[0] = T::of(sum / (self.t.rows / 2).max(1) as f64);
         Ok(())
@@ -52,16 +53,16 @@ impl Operation for Eigenvalues {
         let (before, d_y) = self.y.split(run.gradients);
         let n = self.t.rows / 2;
         let share = T::of(2.0 * d_y[0].wide() / n.max(1) as f64);
-        let (first, second) = self.t.of(run.values).split_at(3 * n);
-        let (d_first, d_second) = self.t.of_mut(before).split_at_mut(3 * n);
-        for i in (0..3 * n).step_by(3) {
-            let (j1, j2) = (&first[i..i + 3], &second[i..i + 3]);
+        let (t, _) = self.t.of(run.values).as_chunks::<3>();
+        let (d_t, _) = self.t.of_mut(before).as_chunks_mut::<3>();
+        for i in 0..n {
+            let (j1, j2) = (&t[i], &t[n + i]);
             let (stretch, shear, length) = spread(j1, j2);
             if length > T::ZERO {
                 let (p, q) = (share * stretch / length, share * shear / length);
                 for c in 0..3 {
-                    d_first[i + c] += p * j1[c] + q * j2[c];
-                    d_second[i + c] += q * j1[c] - p * j2[c];
+                    d_t[i][c] += p * j1[c] + q * j2[c];
+                    d_t[n + i][c] += q * j1[c] - p * j2[c];
                 }
             }
         }

@@ -26,14 +26,14 @@ pub struct WeightedMean {
 impl Tape {
     /// Mean absolute difference of two values of one shape.
     pub fn mean_abs(&mut self, a: Var, b: Var) -> Var {
-        assert_eq!((a.rows, a.columns), (b.rows, b.columns), "values of one shape");
+        debug_assert_eq!((a.rows, a.columns), (b.rows, b.columns), "values of one shape");
         let y = self.output(1, 1, &[a, b]);
         self.push(MeanAbs { a, b, y })
     }
 
     /// Mean of `w` (an input), each weighted by the score `s`.
     pub fn weighted_mean(&mut self, s: Var, w: Var) -> Var {
-        assert!(s.count() == w.count() && !w.has_gradient, "a fixed value for each score");
+        debug_assert!(s.count() == w.count() && !w.has_gradient, "a fixed value for each score");
         let y = self.output(1, 1, &[s]);
         self.push(WeightedMean { s, w, y })
     }

@@ -8,7 +8,8 @@
 //! branches cost nothing when their seed is missing. Generic over [`Float`]: f32 trains, f64 checks.
 //!
 //! To add an operation: a struct with [`Operation`] in a file here, a line in `operations!`, an entry in the table.
-//! Limits: [`MAX_OPERATIONS`] and [`MAX_VARS`]; recording beyond them is a mistake of our own code and panics.
+//! Limits: [`MAX_OPERATIONS`] and [`MAX_VARS`]; recording beyond them is a mistake of our own code, an index out of bounds.
+//! Shapes that do not agree are one too: which there are depends on settings alone, so debug builds check them.
 
 mod affine;
 mod angles;
@@ -84,7 +85,7 @@ impl Var {
 
     /// All that lies before it, and its own part, to be written.
     fn split<T>(self, slice: &mut [T]) -> (&mut [T], &mut [T]) {
-        let (before, rest) = slice.split_at_mut(self.at);
+        let (before, rest) = slice.split_at_mut_checked(self.at).unwrap_or_default();
         (before, &mut rest[..self.count()])
     }
 }
@@ -220,19 +221,25 @@ operations!(
 );
 
 /// A recorded graph.
-#[derive(Default)]
 pub struct Tape {
-    steps: heapless::Vec<(Op, u32), MAX_OPERATIONS>,
+    steps: [Option<(Op, u32)>; MAX_OPERATIONS],
+    step_count: usize,
     vars: u16,
     values: usize,
     indices: usize,
     group: u32,
 }
 
+impl Default for Tape {
+    fn default() -> Self {
+        Self { steps: [None; MAX_OPERATIONS], step_count: 0, vars: 0, values: 0, indices: 0, group: 1 }
+    }
+}
+
 impl Tape {
     /// An empty graph.
     pub fn new() -> Self {
-        Self { group: 1, ..Self::default() }
+        Self::default()
     }
 
     /// Operations recorded from now on belong to `group` (one bit): replays name the groups that take part.
@@ -241,7 +248,7 @@ impl Tape {
     }
 
     fn var(&mut self, rows: usize, columns: usize, has_gradient: bool) -> Var {
-        assert!((self.vars as usize) < MAX_VARS, "a tape holds {MAX_VARS} values at the most");
+        debug_assert!((self.vars as usize) < MAX_VARS, "a tape holds {MAX_VARS} values at the most");
         let var = Var { id: self.vars, has_gradient, at: self.values, rows, columns };
         self.vars += 1;
         self.values = self.values.saturating_add(rows.saturating_mul(columns));
@@ -272,7 +279,8 @@ impl Tape {
     fn push(&mut self, op: impl Into<Op>) -> Var {
         let op = op.into();
         let output = op.output();
-        assert!(self.steps.push((op, self.group)).is_ok(), "a tape holds {MAX_OPERATIONS} operations at the most");
+        self.steps[self.step_count] = Some((op, self.group));
+        self.step_count += 1;
         output
     }
 
@@ -288,17 +296,21 @@ impl Tape {
 
     /// Bytes of scratch memory of a replay.
     pub fn scratch_need<T: Float>(&self) -> usize {
-        self.steps.iter().map(|(op, _)| op.scratch::<T>()).max().unwrap_or(0)
+        self.operations().map(|op| op.scratch::<T>()).max().unwrap_or(0)
+    }
+
+    fn steps(&self) -> impl DoubleEndedIterator<Item = &(Op, u32)> {
+        self.steps[..self.step_count].iter().flatten()
     }
 
     /// The operations, in the order of recording.
     pub fn operations(&self) -> impl Iterator<Item = &Op> {
-        self.steps.iter().map(|(op, _)| op)
+        self.steps().map(|(op, _)| op)
     }
 
     /// Computes the values of all operations whose group is in `groups`.
     pub fn forward<T: Float>(&self, run: &mut Replay<T>, groups: u32) -> Result<(), ScratchTooSmall> {
-        self.steps.iter().filter(|(_, group)| group & groups != 0).try_for_each(|(op, _)| op.forward(run))
+        self.steps().filter(|(_, group)| group & groups != 0).try_for_each(|(op, _)| op.forward(run))
     }
 
     /// Gradients of the sum of weight x output over `seeds` (outputs of one value each), for all parameters and every
@@ -318,7 +330,7 @@ impl Tape {
             let begin = if was_fresh { T::ZERO } else { gradient[0] };
             gradient[0] = begin + T::of(*weight);
         }
-        for (op, group) in self.steps.iter().rev() {
+        for (op, group) in self.steps().rev() {
             if group & groups == 0 || !reached.has(op.output()) {
                 continue;
             }

@@ -24,7 +24,10 @@ pub struct Nearest {
 impl Tape {
     /// The measure, and the table of each row's nearest point of the input `b`.
     pub fn nearest(&mut self, a: Var, b: Var) -> (Var, Table) {
-        assert!(a.columns == 3 && b.columns == 3 && !b.has_gradient, "points in space, and fixed ones beside them");
+        debug_assert!(
+            a.columns == 3 && b.columns == 3 && !b.has_gradient,
+            "points in space, and fixed ones beside them"
+        );
         let (to_b, to_a, which) = (self.table(a.rows), self.table(b.rows), self.table(1));
         let y = self.output(1, 1, &[a]);
         (self.push(Nearest { a, b, y, to_b, to_a, which }), to_b)
@@ -35,8 +38,8 @@ impl Tape {
 /// search, without influence on the result: after a small step the nearest is mostly the same as before.
 fn search<T: Float>(out: &mut [u32], from: &[T], to: &[T], tree: &Tree<T, 3>, workers: &dyn Workers) {
     for_each_chunk(workers, out, CHUNK, &|task, out| {
-        for (out, at) in out.iter_mut().zip(from[task * CHUNK * 3..].chunks_exact(3)) {
-            let before = to.chunks_exact(3).nth(*out as usize).map(|to| distance::<T, 3>(to, at));
+        for (out, at) in out.iter_mut().zip(from[task * CHUNK * 3..].as_chunks::<3>().0.iter()) {
+            let before = to.as_chunks::<3>().0.get(*out as usize).map(|to| distance::<T, 3>(to, at));
             let within = before.filter(|x| *x < T::of(f64::INFINITY)).unwrap_or(T::of(f64::INFINITY));
             *out = tree.nearest::<1>(at, within, None).index[0];
         }
@@ -45,8 +48,8 @@ fn search<T: Float>(out: &mut [u32], from: &[T], to: &[T], tree: &Tree<T, 3>, wo
 
 /// Mean squared distance of rows to those that `to` names.
 fn mean<T: Float>(from: &[T], others: &[T], to: &[u32]) -> f64 {
-    let rows = from.chunks_exact(3).zip(to).filter(|(_, to)| **to != NONE);
-    let squared = |(p, to): (&[T], &u32)| {
+    let rows = from.as_chunks::<3>().0.iter().zip(to).filter(|(_, to)| **to != NONE);
+    let squared = |(p, to): (&[T; 3], &u32)| {
         let q = &others[3 * *to as usize..];
         (0..3).fold(T::ZERO, |sum, c| sum + (p[c] - q[c]) * (p[c] - q[c])).wide()
     };

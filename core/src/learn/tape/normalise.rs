@@ -6,6 +6,7 @@
 use super::{Operation, Replay, Table, Tape, Var};
 use crate::base::real::sqrt;
 use crate::base::scratch::ScratchTooSmall;
+use crate::base::slices::Slices;
 use crate::learn::kernels::Float;
 
 /// Y (n, 2) = norm(X).
@@ -19,7 +20,7 @@ pub struct Normalise {
 impl Tape {
     /// Rows of two columns moved to the centre and scaled into the unit disk.
     pub fn normalise(&mut self, x: Var) -> Var {
-        assert_eq!(x.columns, 2, "points of the plane");
+        debug_assert_eq!(x.columns, 2, "points of the plane");
         let ends = self.table(5);
         let y = self.output(x.rows, 2, &[x]);
         self.push(Normalise { x, y, ends })
@@ -29,12 +30,11 @@ impl Tape {
 /// Rows that hold the lowest and highest value of column `c`, the first of equals.
 pub(super) fn ends_of<T: Float>(x: &[T], columns: usize, c: usize) -> (usize, usize) {
     let mut ends = (0, 0);
-    for i in 1..x.len() / columns {
-        let value = x[i * columns + c];
-        if value < x[ends.0 * columns + c] {
+    for (i, row) in x.rows(columns).enumerate() {
+        if row[c] < x[ends.0 * columns + c] {
             ends.0 = i;
         }
-        if value > x[ends.1 * columns + c] {
+        if row[c] > x[ends.1 * columns + c] {
             ends.1 = i;
         }
     }

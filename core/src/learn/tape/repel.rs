@@ -3,6 +3,7 @@
 use super::{NONE, Operation, Replay, Table, Tape, Var};
 use crate::base::real::sqrt;
 use crate::base::scratch::ScratchTooSmall;
+use crate::base::slices::Slices;
 use crate::base::workers::for_each_chunk;
 use crate::learn::kernels::Float;
 use crate::learn::near::{Tree, tree_need};
@@ -27,7 +28,7 @@ pub struct Repel {
 impl Tape {
     /// Hinge repulsion of the rows of `x` within `radius`.
     pub fn repel(&mut self, x: Var, radius: f64) -> Var {
-        assert!(x.columns == 2, "points of the plane");
+        debug_assert!(x.columns == 2, "points of the plane");
         let near = self.table(x.rows * NEIGHBOURS);
         let y = self.output(1, 1, &[x]);
         self.push(Repel { x, y, near, radius })
@@ -65,15 +66,15 @@ impl Operation for Repel {
         let tree = Tree::<T, 2>::new(x, &mut run.scratch.frame())?;
         // What lies beyond the radius adds nothing, so it need not be found.
         for_each_chunk(run.workers, self.near.of_mut(run.indices), CHUNK, &|task, near| {
-            for (k, near) in near.chunks_exact_mut(NEIGHBOURS).enumerate() {
+            for (k, near) in near.as_chunks_mut::<NEIGHBOURS>().0.iter_mut().enumerate() {
                 let i = task * (CHUNK / NEIGHBOURS) + k;
                 let found = tree.nearest::<NEIGHBOURS>(&x[2 * i..][..2], radius * radius, Some(i as u32));
-                near.copy_from_slice(&found.index);
+                near.copy_from(&found.index);
                 near[found.len..].fill(NONE);
             }
         });
         let mut sum = 0.0;
-        for (i, near) in self.near.of(run.indices).chunks_exact(NEIGHBOURS).enumerate() {
+        for (i, near) in self.near.of(run.indices).as_chunks::<NEIGHBOURS>().0.iter().enumerate() {
             for &j in near.iter().take_while(|j| **j != NONE) {
                 let length = between(x, i, j).1;
                 if length < radius {
@@ -89,7 +90,7 @@ impl Operation for Repel {
         let (before, d_y) = self.y.split(run.gradients);
         let (share, radius) = (T::of(d_y[0].wide() / self.terms()), T::of(self.radius));
         let (x, d_x) = (self.x.of(run.values), self.x.of_mut(before));
-        for (i, near) in self.near.of(run.indices).chunks_exact(NEIGHBOURS).enumerate() {
+        for (i, near) in self.near.of(run.indices).as_chunks::<NEIGHBOURS>().0.iter().enumerate() {
             for &j in near.iter().take_while(|j| **j != NONE) {
                 let (gap, length) = between(x, i, j);
                 if length < radius {

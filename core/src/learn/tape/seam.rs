@@ -38,14 +38,14 @@ pub struct Seam {
 impl Tape {
     /// Reach of the first `ring` rows of `x`; see [`Reach`].
     pub fn reach(&mut self, x: Var, ring: Table) -> Var {
-        assert!(x.columns == 2 && ring.len.is_multiple_of(NEIGHBOURS) && ring.len / NEIGHBOURS <= x.rows);
+        debug_assert!(x.columns == 2 && ring.len.is_multiple_of(NEIGHBOURS) && ring.len / NEIGHBOURS <= x.rows);
         let y = self.output(ring.len / NEIGHBOURS, 1, &[x]);
         self.push(Reach { x, ring, y })
     }
 
     /// Score of each reach in the map `x`; see [`Seam`].
     pub fn seam(&mut self, reach: Var, x: Var) -> Var {
-        assert!(x.columns == 2);
+        debug_assert!(x.columns == 2);
         let y = self.output(reach.rows, 1, &[reach]);
         self.push(Seam { reach, x, y })
     }
@@ -79,7 +79,8 @@ impl Operation for Reach {
     fn forward<T: Float>(&self, run: &mut Replay<T>) -> Result<(), ScratchTooSmall> {
         let (before, y) = self.y.split(run.values);
         let x = self.x.of(before);
-        for (i, (y, ring)) in y.iter_mut().zip(self.ring.of(run.indices).chunks_exact(NEIGHBOURS)).enumerate() {
+        for (i, (y, ring)) in y.iter_mut().zip(self.ring.of(run.indices).as_chunks::<NEIGHBOURS>().0.iter()).enumerate()
+        {
             let (_, largest, sum) = distances(x, i, ring);
             *y = if sum > T::ZERO { largest + ln(sum) / T::of(GAMMA) } else { T::ZERO };
         }
@@ -89,7 +90,7 @@ impl Operation for Reach {
     fn backward<T: Float>(&self, run: &mut Replay<T>, _: [bool; 3]) -> Result<(), ScratchTooSmall> {
         let (before, d_y) = self.y.split(run.gradients);
         let (x, d_x) = (self.x.of(run.values), self.x.of_mut(before));
-        for (i, (d, ring)) in d_y.iter().zip(self.ring.of(run.indices).chunks_exact(NEIGHBOURS)).enumerate() {
+        for (i, (d, ring)) in d_y.iter().zip(self.ring.of(run.indices).as_chunks::<NEIGHBOURS>().0.iter()).enumerate() {
             let (lengths, largest, sum) = distances(x, i, ring);
             // A score far from a half passes no gradient worth five exponentials.
             if *d == T::ZERO {

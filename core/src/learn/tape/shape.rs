@@ -2,6 +2,7 @@
 
 use super::{Operation, Replay, Tape, Var};
 use crate::base::scratch::ScratchTooSmall;
+use crate::base::slices::Slices;
 use crate::learn::kernels::Float;
 
 /// Y = [A; B]: the columns of A, then those of B.
@@ -32,21 +33,21 @@ pub struct Slice {
 impl Tape {
     /// The columns of `a`, then those of `b`; rows must agree.
     pub fn concat(&mut self, a: Var, b: Var) -> Var {
-        assert_eq!(a.rows, b.rows, "rows to put side by side");
+        debug_assert_eq!(a.rows, b.rows, "rows to put side by side");
         let y = self.output(a.rows, a.columns + b.columns, &[a, b]);
         self.push(Concat { a, b, y })
     }
 
     /// a + b, of one shape.
     pub fn add(&mut self, a: Var, b: Var) -> Var {
-        assert_eq!((a.rows, a.columns), (b.rows, b.columns), "terms of one shape");
+        debug_assert_eq!((a.rows, a.columns), (b.rows, b.columns), "terms of one shape");
         let y = self.output(a.rows, a.columns, &[a, b]);
         self.push(Add { a, b, y })
     }
 
     /// The block of `rows` x `columns` of `x` that begins at (`row`, `column`).
     pub fn slice(&mut self, x: Var, (row, column): (usize, usize), (rows, columns): (usize, usize)) -> Var {
-        assert!(row + rows <= x.rows && column + columns <= x.columns, "a block inside the matrix");
+        debug_assert!(row + rows <= x.rows && column + columns <= x.columns, "a block inside the matrix");
         let y = self.output(rows, columns, &[x]);
         self.push(Slice { x, y, row, column })
     }
@@ -63,10 +64,10 @@ impl Operation for Concat {
 
     fn forward<T: Float>(&self, run: &mut Replay<T>) -> Result<(), ScratchTooSmall> {
         let (before, y) = self.y.split(run.values);
-        let rows = self.a.of(before).chunks_exact(self.a.columns).zip(self.b.of(before).chunks_exact(self.b.columns));
-        for (y, (a, b)) in y.chunks_exact_mut(self.y.columns).zip(rows) {
-            y[..a.len()].copy_from_slice(a);
-            y[a.len()..].copy_from_slice(b);
+        let rows = self.a.of(before).rows(self.a.columns).zip(self.b.of(before).rows(self.b.columns));
+        for (y, (a, b)) in y.rows_mut(self.y.columns).zip(rows) {
+            y[..a.len()].copy_from(a);
+            y[a.len()..].copy_from(b);
         }
         Ok(())
     }
@@ -75,7 +76,7 @@ impl Operation for Concat {
         let (before, d_y) = self.y.split(run.gradients);
         for (x, column) in [(self.a, 0), (self.b, self.a.columns)] {
             if x.has_gradient {
-                let rows = x.of_mut(before).chunks_exact_mut(x.columns).zip(d_y.chunks_exact(self.y.columns));
+                let rows = x.of_mut(before).rows_mut(x.columns).zip(d_y.rows(self.y.columns));
                 rows.for_each(|(d_x, d_y)| d_x.iter_mut().zip(&d_y[column..]).for_each(|(x, y)| *x += *y));
             }
         }
@@ -119,16 +120,16 @@ impl Operation for Slice {
 
     fn forward<T: Float>(&self, run: &mut Replay<T>) -> Result<(), ScratchTooSmall> {
         let (before, y) = self.y.split(run.values);
-        let rows = self.x.of(before).chunks_exact(self.x.columns).skip(self.row);
+        let rows = self.x.of(before).rows(self.x.columns).skip(self.row);
         let width = self.y.columns;
-        y.chunks_exact_mut(width).zip(rows).for_each(|(y, x)| y.copy_from_slice(&x[self.column..][..width]));
+        y.rows_mut(width).zip(rows).for_each(|(y, x)| y.copy_from(&x[self.column..][..width]));
         Ok(())
     }
 
     fn backward<T: Float>(&self, run: &mut Replay<T>, _: [bool; 3]) -> Result<(), ScratchTooSmall> {
         let (before, d_y) = self.y.split(run.gradients);
-        let rows = self.x.of_mut(before).chunks_exact_mut(self.x.columns).skip(self.row);
-        for (d_x, d_y) in rows.zip(d_y.chunks_exact(self.y.columns)) {
+        let rows = self.x.of_mut(before).rows_mut(self.x.columns).skip(self.row);
+        for (d_x, d_y) in rows.zip(d_y.rows(self.y.columns)) {
             d_x[self.column..].iter_mut().zip(d_y).for_each(|(x, y)| *x += *y);
         }
         Ok(())

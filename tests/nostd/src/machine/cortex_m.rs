@@ -40,7 +40,7 @@ impl Write for Terminal {
 pub fn print(text: &[u8]) {
     for part in text.chunks(63) {
         let mut ended = [0u8; 64];
-        ended[..part.len()].copy_from_slice(part);
+        ended.iter_mut().zip(part).for_each(|(to, byte)| *to = *byte);
         call(WRITE0, ended.as_ptr() as usize);
     }
 }

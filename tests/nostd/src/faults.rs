@@ -1,9 +1,10 @@
-//! An allocation, for the run in which the check must fail.
+//! What core must not do, for the build in which the checks must fail: an allocation, and a division that may panic.
 
 extern crate alloc;
 
 use alloc::boxed::Box;
 use core::alloc::{GlobalAlloc, Layout};
+use core::hint::black_box;
 
 struct Nothing;
 
@@ -18,7 +19,8 @@ unsafe impl GlobalAlloc for Nothing {
 #[global_allocator]
 static NOTHING: Nothing = Nothing;
 
-/// Asks for a byte.
-pub fn allocate() {
-    core::hint::black_box(Box::new(1u8));
+/// Divides by what may be zero, and asks for a byte.
+pub fn commit() {
+    black_box(1 / black_box(1u8));
+    black_box(Box::new(1u8));
 }
