@@ -86,7 +86,6 @@ pub fn parts_of_polygons(
         Source::Labels(given) => rank(part, given, scratch.frame())?,
     };
     of_polygons(polygon_diameter, thickness, &working);
-    fill_dropped(part, input, &working, scratch.frame())?;
     let found = (0..faces).filter(|f| part[working.polygon[*f] as usize] != NONE);
     let mesh = working.mesh();
     let seen = scratch.take::<u32>(faces)?; // the labels before they are renumbered
@@ -99,6 +98,8 @@ pub fn parts_of_polygons(
     };
     let listed = (0..faces).filter(|f| seen[*f] as usize <= count).map(face);
     let parts = order_parts(part, count, listed, scratch.frame())?;
+    // Last, since a label that only dropped polygons have is no part.
+    fill_dropped(part, input, &working, scratch)?;
     report(progress, Stage::Parts, 1, 1)?;
     Ok(parts)
 }
@@ -230,6 +231,12 @@ mod tests {
         // A ray from a centroid, 1/3 from the nearest side, within 60 degrees of the normal: 1/3 / sin 60 to the diagonal.
         // The last polygon has no face to start from.
         assert!(diameter[..6].iter().all(|d| (0.384..1.74).contains(d)) && diameter[6] == 0.0, "{diameter:?}");
+    }
+
+    #[test]
+    fn a_label_that_only_dropped_polygons_have_is_no_part() {
+        let (count, part, _) = run(Source::Labels(&[4, 4, 4, 6, 6, 6, 5]), 0).unwrap();
+        assert!(count == 2 && part[..6] == [0, 0, 0, 1, 1, 1] && part[6] < 2, "{count} {part:?}");
     }
 
     #[test]

@@ -23,7 +23,8 @@ fn rings(rings: &[Vec<[i8; 3]>], closed: Option<usize>) -> Shape {
 
 fn shapes() -> Vec<(&'static str, Shape)> {
     let square = |z: i8, r: i8| vec![[r, r, z], [-r, r, z], [-r, -r, z], [r, -r, z]];
-    let (tube, mut cube) = (rings(&[square(0, 16), square(32, 8), square(64, 16)], None), rings(&[square(0, 16), square(32, 16)], None));
+    let (tube, mut cube) =
+        (rings(&[square(0, 16), square(32, 8), square(64, 16)], None), rings(&[square(0, 16), square(32, 16)], None));
     cube.1.extend([vec![3, 2, 1, 0], vec![4, 5, 6, 7]]);
     let around = |x: i8, y: i8| vec![[x * 4, y * 4, 0], [x * 2, y * 2, 16], [x * 2, y * 2, -16]];
     let loops = [around(8, 0), around(-4, 7), around(-4, -7)];
@@ -33,7 +34,17 @@ fn shapes() -> Vec<(&'static str, Shape)> {
     let book: Vec<Vec<u8>> = (2..8).map(|page| vec![0, 1, page]).collect();
     let pages = vec![[0, 0, 0], [0, 0, 16], [16, 0, 8], [8, 8, 8], [0, 16, 8], [-8, 8, 8], [-16, 0, 8], [0, -16, 8]];
     let fan: Vec<Vec<u8>> = (1..8).map(|i| vec![0, i, i + 1]).collect();
-    let star = vec![[0, 0, 0], [16, 0, 9], [16, 16, 0], [0, 16, 9], [-16, 16, 0], [-16, 0, 9], [-16, -16, 0], [0, -16, 9], [16, -16, 0]];
+    let star = vec![
+        [0, 0, 0],
+        [16, 0, 9],
+        [16, 16, 0],
+        [0, 16, 9],
+        [-16, 16, 0],
+        [-16, 0, 9],
+        [-16, -16, 0],
+        [0, -16, 9],
+        [16, -16, 0],
+    ];
     let arrow = vec![[0, 0, 0], [32, 16, 0], [0, 32, 0], [8, 16, 0], [0, 16, 32]];
     vec![
         ("cube", cube),
@@ -44,7 +55,10 @@ fn shapes() -> Vec<(&'static str, Shape)> {
         ("book", (pages, book)),
         ("fan", (star, fan)),
         ("concave", (arrow, vec![vec![0, 1, 2, 3], vec![0, 3, 4], vec![2, 1, 0, 4]])),
-        ("slivers", (vec![[0, 0, 0], [127, 1, 0], [127, 0, 0], [64, 0, 1]], vec![vec![0, 1, 2], vec![0, 3, 1], vec![0, 2, 3]])),
+        (
+            "slivers",
+            (vec![[0, 0, 0], [127, 1, 0], [127, 0, 0], [64, 0, 1]], vec![vec![0, 1, 2], vec![0, 3, 1], vec![0, 2, 3]]),
+        ),
     ]
 }
 

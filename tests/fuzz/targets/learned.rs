@@ -150,17 +150,18 @@ fn unwrapped(case: &Case, settings: train::Settings, what: u8) {
     };
     let how = Settings { rays: 2, packing: Packing::Grid, ..Settings::default() };
     let triangles = case.corners.len() / 3;
-    let need = unwrap_need(&case.input(), &how, &BinnedBuilder)
-        .saturating_add(learned_need(triangles, case.positions.len(), &settings, 1));
+    let need = unwrap_need(&case.input(), &how, &BinnedBuilder).saturating_add(learned_need(
+        triangles,
+        case.positions.len(),
+        &settings,
+        1,
+    ));
     if need >= MOST_BYTES {
         return;
     }
     let mut memory = vec![0xa5; need];
-    let output = Output {
-        corner_uv: &mut made.corner_uv,
-        polygon_chart: &mut made.polygon_chart,
-        exposure: &mut made.exposure,
-    };
+    let output =
+        Output { corner_uv: &mut made.corner_uv, polygon_chart: &mut made.polygon_chart, exposure: &mut made.exposure };
     let by = if is_hybrid { Method::Hybrid(&mut learning) } else { Method::Neural(&mut learning) };
     let scratch = Scratch::new(&mut memory);
     match unwrap_by(by, output, &case.input(), &how, &BinnedBuilder, scratch, &Serial, &mut Silent) {

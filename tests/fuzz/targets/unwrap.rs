@@ -20,10 +20,11 @@ fuzz_target!(|bytes: &[u8]| {
     let settings = settings(&mut bytes, flags & 7 == 7);
     let mut case = Case::read(&mut bytes, usize::from(flags & 0x18 == 0x18));
     let mut made = Made::room(&case);
-    let is_whole = flags & 0xe0 != 0xe0;
-    if !is_whole {
-        misfit(&mut bytes, flags, &mut case, &mut made);
+    let is_misfit = flags & 0xe0 == 0xe0;
+    if is_misfit {
+        misfit(flags, &mut case, &mut made);
     }
+    let is_sound = !is_misfit && flags & 7 != 7;
     let mut need = unwrap_need(&case.input(), &settings, &BinnedBuilder);
     while need < MOST {
         let mut memory = vec![0xa5; need];
@@ -34,7 +35,7 @@ fuzz_target!(|bytes: &[u8]| {
         };
         let scratch = Scratch::new(&mut memory);
         match unwrap(output, &case.input(), &settings, &BinnedBuilder, scratch, &Serial, &mut Silent) {
-            Ok(report) if is_whole => valid(&case, &made, &report),
+            Ok(report) if is_sound => valid(&case, &made, &report),
             Err(UnwrapError::Scratch(e)) if e.need < MOST => {
                 need *= 2;
                 continue;
@@ -48,8 +49,7 @@ fuzz_target!(|bytes: &[u8]| {
 });
 
 /// Makes one array longer or shorter than the others say, or its entries fall.
-fn misfit(bytes: &mut Bytes, flags: u8, case: &mut Case, made: &mut Made) {
-    let _ = bytes;
+fn misfit(flags: u8, case: &mut Case, made: &mut Made) {
     match flags & 0x1f {
         0 => drop(made.corner_uv.pop()),
         1 => drop(made.polygon_chart.pop()),
