@@ -19,6 +19,11 @@ extern "C" fn backwards(_: *mut c_void, count: usize, task: SeamwrightTask, cont
     (0..count).rev().for_each(|i| task(context, i));
 }
 
+/// Repeats a task, invents one and leaves out the rest: against the contract, and harmless all the same.
+extern "C" fn careless(_: *mut c_void, count: usize, task: SeamwrightTask, context: *mut c_void) {
+    [count / 2, count / 2, usize::MAX].into_iter().for_each(|i| task(context, i));
+}
+
 /// Stops after as many reports as `user` points to.
 extern "C" fn impatient(user: *mut c_void, _: *const c_char, _: usize, _: usize) -> i32 {
     // SAFETY: `user` is the byte of this call.
@@ -68,7 +73,8 @@ fuzz_target!(|bytes: &[u8]| {
     };
     lie(broken, &mut mesh, &mut atlas);
     let progress: Option<extern "C" fn(_, _, _, _) -> _> = if flags & 0x20 == 0 { None } else { Some(impatient) };
-    let run: Option<extern "C" fn(_, _, _, _)> = if flags & 0x40 == 0 { None } else { Some(backwards) };
+    let run: Option<extern "C" fn(_, _, _, _)> =
+        if flags & 0x40 == 0 { None } else { Some(if patience & 1 == 0 { backwards } else { careless }) };
     let host = SeamwrightHost { user: (&raw mut patience).cast(), progress, run };
     let mut report = SeamwrightReport::default();
     let mut need = 0;

@@ -82,7 +82,11 @@ fn segmented(case: &Case, count: Option<Count>) {
     match parts_of_polygons(out, &input, source, &BinnedBuilder, scratch, &Serial, &mut Silent) {
         Ok(count) => {
             assert!(part.iter().all(|p| (*p as usize) < count), "a part that is none of {count}");
-            assert!(diameter.iter().all(|d| *d >= 0.0), "a diameter that is none");
+            assert!(
+                diameter.iter().all(|d| *d >= 0.0 && d.is_finite()),
+                "a diameter that is none: {diameter:?}\n{}",
+                case.obj()
+            );
         }
         Err(UnwrapError::BadTree | UnwrapError::Scratch(_)) => panic!("refused"),
         Err(_) => {}
