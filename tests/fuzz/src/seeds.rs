@@ -90,7 +90,7 @@ pub fn write(folder: &Path, fixtures: &Path) -> std::io::Result<()> {
         fs::create_dir_all(folder.join(target))?;
     }
     for (name, mesh) in meshes() {
-        for (variant, packing) in [0, 15].into_iter().enumerate() {
+        for (variant, packing) in [0, 255].into_iter().enumerate() {
             let charts = variant as u8;
             // What each target reads before the mesh.
             let heads: [(&str, &[u8]); 3] = [

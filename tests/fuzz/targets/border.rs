@@ -53,7 +53,7 @@ fn options(bytes: &mut Bytes, is_wild: bool) -> SeamwrightOptions {
         padding: bytes.pick(&[2, 0, 1, 4]),
         rays: bytes.pick(&[8, 1, 3, 16]),
         charts: u32::from(bytes.byte() & 1),
-        packing: u32::from(bytes.byte() % 16 != 15),
+        packing: u32::from(bytes.byte() != 255),
         effort: bytes.pick(&[0, 1, 5]),
     }
 }
