@@ -93,14 +93,19 @@ pub fn write(folder: &Path, fixtures: &Path) -> std::io::Result<()> {
         for (variant, packing) in [0, 255].into_iter().enumerate() {
             let charts = variant as u8;
             // What each target reads before the mesh.
-            let heads: [(&str, &[u8]); 3] = [
+            let heads: [(&str, &[u8]); 2] = [
                 ("unwrap", &[0, 0, charts, packing, 0, 0, 0, 0, 1]),
                 ("border", &[0, 0, 0, 1, 0, 0, 0, charts, packing, 0]),
-                ("learned", &[charts, 0, 0, 0, 0, 0, 0, 0]),
             ];
             for (target, head) in heads {
                 fs::write(folder.join(target).join(format!("{name}_{variant}")), [head, &mesh].concat())?;
             }
+        }
+        // Parts by shape and by labels, training, and trained pieces: neural, from charts and with a map, and hybrid.
+        for what in [0u8, 1, 2, 3, 11, 19, 7] {
+            let head = [what, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+            let head = if what == 2 { &head[..] } else { &head[..9] };
+            fs::write(folder.join("learned").join(format!("{name}_{what}")), [head, &mesh].concat())?;
         }
     }
     for from in ["regressions", "broken", ""] {
