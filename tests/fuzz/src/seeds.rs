@@ -1,5 +1,9 @@
 //! Seeds: small shapes of known kinds in the bytes that the targets read, and the files of `fixtures/`.
 
+use seamwright::learning::Trainer;
+use seamwright::map_file;
+use seamwright_core::learn::backbone::Widths;
+use seamwright_core::learn::train::Settings;
 use std::fs;
 use std::path::Path;
 
@@ -84,6 +88,45 @@ fn meshes() -> Vec<(String, Vec<u8>)> {
     seeds
 }
 
+/// Files of the kinds that `fixtures/` has none of, by their place in [`crate::ENDINGS`] and the four behind them.
+fn small_files() -> Vec<(&'static str, u8, Vec<u8>)> {
+    let stl = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
+    let facet: Vec<u8> =
+        [0f32, 0., 1., 0., 0., 0., 1., 0., 0., 0., 1., 0.].into_iter().flat_map(f32::to_le_bytes).collect();
+    let binary = [&[0; 80][..], &1u32.to_le_bytes(), &facet, &[0; 2]].concat();
+    let json = |buffer: &str| {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0,"name":"n","scale":[2,1,1]}}],
+            "materials":[{{"name":"m","pbrMetallicRoughness":{{"baseColorFactor":[1,0,0,1]}}}}],"meshes":[{{"primitives":[{{"attributes":
+            {{"POSITION":0}},"material":0,"mode":4}}]}}],"buffers":[{{{buffer}"byteLength":36}}],"bufferViews":[{{"buffer":0,
+            "byteLength":36}}],"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}]}}"#
+        )
+    };
+    let gltf = json(&format!(r#""uri":"data:application/octet-stream;base64,{}","#, "AAAAAAAAgD8AAAAA".repeat(3)));
+    let mut text = json("").into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let chunk = |kind: &[u8], data: &[u8]| [&(data.len() as u32).to_le_bytes()[..], kind, data].concat();
+    let chunks = [chunk(b"JSON", &text), chunk(b"BIN\0", &facet[12..])].concat();
+    let glb = [&b"glTF"[..], &2u32.to_le_bytes(), &(12 + chunks.len() as u32).to_le_bytes(), &chunks].concat();
+    let widths = Widths { hidden: 1, code: 1 };
+    let mut trainer = Trainer::with("draft".into(), Settings { widths, ..Settings::DRAFT }, true);
+    trainer.summary.maps = 1;
+    let mut map = vec![];
+    map_file::write(&mut map, &trainer).expect("memory takes all bytes");
+    vec![
+        ("small.stl", 2, stl.into()),
+        ("binary.stl", 2, binary),
+        ("small.glb", 3, glb.clone()),
+        ("small.gltf", 4, gltf.into()),
+        ("small.seg", 5, b"0\n7\n".to_vec()),
+        ("list.json", 6, b"[1, \"leg\"]".to_vec()),
+        ("map.json", 6, b"{\"0\": 1, \"1\": 2.0}".to_vec()),
+        ("labels.glb", 8, glb),
+        ("small.map", 9, map),
+        ("small.toml", 10, b"preset = \"draft\"\nwidth = 8\nsteps = 3\n[weights]\nfold = 0.5\n".to_vec()),
+    ]
+}
+
 /// Writes the seeds of all targets into `folder`, a folder each; `fixtures` is the repository's.
 pub fn write(folder: &Path, fixtures: &Path) -> std::io::Result<()> {
     for target in ["unwrap", "border", "learned", "files"] {
@@ -107,6 +150,9 @@ pub fn write(folder: &Path, fixtures: &Path) -> std::io::Result<()> {
             let head = if what == 2 { &head[..] } else { &head[..9] };
             fs::write(folder.join("learned").join(format!("{name}_{what}")), [head, &mesh].concat())?;
         }
+    }
+    for (name, kind, bytes) in small_files() {
+        fs::write(folder.join("files").join(name), [&[kind][..], &bytes].concat())?;
     }
     for from in ["regressions", "broken", ""] {
         for file in fs::read_dir(fixtures.join(from))?.flatten() {
