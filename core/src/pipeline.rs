@@ -38,10 +38,11 @@ pub struct Input<'a> {
     pub corners: &'a [u32], // (c)
     /// First corner of each polygon, and the number of corners at the end.
     pub polygon_start: &'a [u32], // (p + 1)
-    /// UVs that the file came with, one a corner, whose borders stay cuts (`--keep-seams`). NaN: no UV.
+    /// UVs that the file came with, one a corner, whose borders stay cuts (`--keep-seams`). NaN, or beyond the list: no UV.
     pub kept_uv: Option<&'a [DVec2]>, // (c)
     /// Part of each polygon, whose borders become cuts: no chart has faces of two parts, and a piece of a part is one
-    /// chart where that can be. Charts are numbered by part, see [`order::order_charts`].
+    /// chart where that can be. Charts are numbered by part, see [`order::order_charts`]. Polygons beyond the list are one
+    /// part of their own.
     pub parts: Option<&'a [u32]>, // (p)
 }
 
@@ -175,6 +176,13 @@ pub enum UnwrapError {
         /// Input corner.
         corner: usize,
     },
+    /// An output, or a list of learned maps, has not one entry for each that is written to it.
+    BadLength {
+        /// Entries that would fit.
+        expected: usize,
+        /// Entries that were there.
+        given: usize,
+    },
     /// The hierarchy that the caller built does not hold every face once.
     BadTree,
     /// Splitting and packing again and again left faces that overlap: there is no valid atlas to hand over.
@@ -219,6 +227,7 @@ impl core::fmt::Display for UnwrapError {
             UnwrapError::NotFinite { vertex } => write!(f, "vertex {vertex} has a coordinate that is not a number"),
             UnwrapError::BadIndex { corner } => write!(f, "corner {corner} names a vertex that does not exist"),
             UnwrapError::Overlap { faces } => write!(f, "{faces} faces of the atlas still overlap after all attempts"),
+            UnwrapError::BadLength { expected, given } => write!(f, "{expected} entries expected, {given} given"),
             UnwrapError::BadTree => write!(f, "the ray hierarchy that was handed in is damaged"),
         }
     }
@@ -288,6 +297,12 @@ pub fn unwrap_by(
     workers: &dyn Workers,
     progress: &mut dyn Progress,
 ) -> Result<Report, UnwrapError> {
+    fits(input.corners.len(), output.corner_uv.len())?;
+    fits(input.polygon_start.len().saturating_sub(1), output.polygon_chart.len())?;
+    fits(input.positions.len(), output.exposure.len())?;
+    if let Method::Neural(learning) | Method::Hybrid(learning) = &method {
+        learning.check()?;
+    }
     scratch.require(unwrap_need(input, settings, bvh))?;
     let polygons = input.polygons();
     report(progress, Stage::Repair, 0, 1)?;
@@ -404,6 +419,10 @@ fn expose(
 /// Nearest point of a grid.
 fn on_grid(p: DVec3, steps: f64) -> Vec3 {
     ((p * steps).to_array().map(|x| (real::round(x) / steps) as f32)).into()
+}
+
+fn fits(expected: usize, given: usize) -> Result<(), UnwrapError> {
+    if expected == given { Ok(()) } else { Err(UnwrapError::BadLength { expected, given }) }
 }
 
 fn report(progress: &mut dyn Progress, stage: Stage, done: usize, total: usize) -> Result<(), UnwrapError> {

@@ -8,11 +8,14 @@
 use glam::DVec2;
 use seamwright::atlas;
 use seamwright::failure::Failure;
-use seamwright::load::load;
+use seamwright::load::{load, load_obj};
 use seamwright::mesh::Mesh;
 use seamwright::progress::{Reporter, Show};
 use seamwright_core::base::random::hash;
+use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Serial;
+use seamwright_core::judge::input::UvMesh;
+use seamwright_core::judge::measure::{measure, measure_need};
 use seamwright_core::pipeline::{Charts, Packing, Settings};
 use std::fmt::Write;
 use std::fs;
@@ -56,6 +59,16 @@ fn turned(mesh: &Mesh, uv: &[DVec2]) -> usize {
     triangles.filter(|t| area(*t) > least && in_uv(*t) <= 0.0).count()
 }
 
+/// Triangles of the file that overlap another by core's judge, those included that repair drops.
+fn overlapping(mesh: &Mesh, uv: &[DVec2]) -> usize {
+    let triangles = || mesh.polygons().filter(|p| p.len() == 3).map(|p| [p.start, p.start + 1, p.start + 2]);
+    let corners: Vec<_> = triangles().map(|t| t.map(|c| mesh.corners[c])).collect();
+    let corner_uv: Vec<_> = triangles().map(|t| t.map(|c| uv[c])).collect();
+    let mut bytes = vec![0; measure_need(mesh.positions.len(), corners.len(), 0)];
+    let mesh = UvMesh { positions: &mesh.positions, triangles: &corners, corner_uv: &corner_uv };
+    measure(mesh, None, 0, Scratch::new(&mut bytes)).expect("a whole mesh and enough memory").exact.overlapping_faces
+}
+
 /// What is wrong with what happened to the file; nothing where it was refused properly or has a valid atlas.
 fn fault(path: &Path, settings: &Settings) -> Option<String> {
     let made = load(path).and_then(|loaded| {
@@ -63,16 +76,19 @@ fn fault(path: &Path, settings: &Settings) -> Option<String> {
         let atlas = atlas::make(&loaded, None, false, settings, &Serial, &mut Reporter::new(Show::Nothing))?;
         let mut written = Vec::new();
         loaded.write_obj(&mut written, &atlas.corner_uv, None).expect("memory takes all bytes");
-        let turned = turned(loaded.mesh(), &atlas.corner_uv);
-        Ok((atlas, turned))
+        let mesh = loaded.mesh();
+        let is_same = load_obj(path, written)?.mesh().corners == mesh.corners;
+        let wrong = [turned(mesh, &atlas.corner_uv), overlapping(mesh, &atlas.corner_uv), usize::from(!is_same)];
+        Ok((atlas, wrong))
     });
     match made {
-        Ok((atlas, turned)) => {
+        Ok((atlas, wrong)) => {
             let inside = atlas.corner_uv.iter().all(|uv| (0.0..=1.0).contains(&uv.x) && (0.0..=1.0).contains(&uv.y));
             let open = atlas.exposure.iter().all(|e| (0.0..=1.0).contains(e));
             let report = atlas.report;
-            let sound = inside && open && report.overlapping == 0 && turned == 0;
-            (!sound).then(|| format!("inside {inside}, exposure {open}, turned {turned}, {report:?}"))
+            let sound = inside && open && report.overlapping == 0 && wrong == [0; 3];
+            (!sound)
+                .then(|| format!("inside {inside}, exposure {open}, turned, overlapping, lost {wrong:?}, {report:?}"))
         }
         Err(Failure::Input(text)) if text.contains(&path.display().to_string()) => None,
         Err(other) => Some(format!("{other:?}")),

@@ -79,7 +79,12 @@ impl Soup {
                 self.end_polygon();
             }
         }
-        Ok(())
+        match self.mesh.polygon_start.last() {
+            Some(end) if (*end as usize) < self.mesh.corners.len() => {
+                Err(FormatError::whole("ends inside of a loop; export it again"))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn corner(&mut self, point: DVec3) {
@@ -139,6 +144,14 @@ mod tests {
         assert!(read(&bytes[..60]).is_err());
         assert_eq!(read(b"solid\nvertex 0 nan 0").unwrap_err().line, 2);
         assert!(read(&binary(b"", &[[f32::NAN; 9]])).is_err());
+    }
+
+    #[test]
+    fn a_text_that_ends_inside_of_a_loop_is_refused() {
+        let whole = "solid s\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+        assert_eq!(read(whole.as_bytes()).map(|bare| bare.mesh.polygon_count()), Ok(1));
+        let cut = format!("{whole}facet\nouter loop\nvertex 1 0 0\n");
+        assert!(read(cut.as_bytes()).is_err_and(|e| e.problem.contains("inside of a loop")));
     }
 
     quickcheck! {

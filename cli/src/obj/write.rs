@@ -76,8 +76,9 @@ fn names_group(text: &[u8]) -> bool {
 /// Replaces each corner in the statement's text.
 fn write_face(out: &mut dyn Write, text: &[u8], file: &ObjFile, table: &UvTable, polygon: usize) -> io::Result<()> {
     let mut words = Words::new(text);
-    let mut written = 0;
-    words.next_span(); // the keyword
+    let (keyword, mut written) = words.next_span().unwrap_or((0, 0));
+    write_gap(out, &text[..keyword])?;
+    out.write_all(&text[keyword..written])?;
     for c in file.mesh.polygon(polygon) {
         let Some((start, end)) = words.next_span() else { break };
         write_gap(out, &text[written..start])?;
@@ -182,6 +183,17 @@ mod tests {
         let expected = "# c\r\nmtllib a b.mtl\r\nv  0 0 0 1 .5 0\r\nv 1 0 0\r\nv 0 1 0\r\nvt 0 0.25\r\nvt 1 0.25\r\n\
             vt 2 0.25\r\nvn 0 0 1\r\ng x\r\nusemtl m\r\n\tf  1/1/1   2/2/1 3/3 # t\r\ns off\r\nl 1 2//1\r\np 1";
         assert_eq!(rewritten(source, |c| DVec2::new(c as f64, 0.25)), expected);
+    }
+
+    #[test]
+    fn a_backslash_after_the_keyword_does_not_take_it_along() {
+        let source = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf \\\n1 \\\n2 3 \\\n";
+        let expected = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1 \\\n";
+        assert_eq!(rewritten(source, |_| DVec2::ZERO), expected);
+        assert_eq!(
+            rewritten(b"v 0 0 0\nv 1 0 0\nv 0 1 0\n\\\n f 1 2 3", |_| DVec2::ZERO),
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n f 1/1 2/1 3/1"
+        );
     }
 
     #[test]

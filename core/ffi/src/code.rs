@@ -103,7 +103,8 @@ impl Fault {
             UnwrapError::NoTriangle => Self::new(SEAMWRIGHT_NO_TRIANGLE),
             UnwrapError::NotFinite { vertex } => Self::at(SEAMWRIGHT_NOT_FINITE, vertex),
             UnwrapError::BadIndex { corner } => Self::at(SEAMWRIGHT_BAD_INDEX, corner),
-            UnwrapError::BadTree => Self::new(SEAMWRIGHT_INTERNAL),
+            // The hierarchy and the lengths are this library's.
+            UnwrapError::BadTree | UnwrapError::BadLength { .. } => Self::new(SEAMWRIGHT_INTERNAL),
             UnwrapError::Overlap { faces } => Self::at(SEAMWRIGHT_OVERLAP, faces),
         }
     }

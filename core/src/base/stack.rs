@@ -2,36 +2,34 @@
 //!
 //! One item beyond that height is an index outside of the items.
 
-/// At most `N` items.
+/// At most `N` items. Memory is not cleared for them: short walks make a stack each.
 pub struct Stack<T, const N: usize> {
-    items: [T; N],
-    len: usize,
+    items: heapless::Vec<T, N>,
 }
 
-impl<T: Copy + Default, const N: usize> Stack<T, N> {
+impl<T: Copy, const N: usize> Stack<T, N> {
     /// Without items.
     #[inline]
     pub fn new() -> Self {
-        Self { items: [T::default(); N], len: 0 }
+        Self { items: heapless::Vec::new() }
     }
 
     /// Puts `item` on top.
     #[inline]
     pub fn push(&mut self, item: T) {
-        self.items[self.len] = item;
-        self.len += 1;
+        if let Err(item) = self.items.push(item) {
+            self.items[N] = item;
+        }
     }
 
     /// Takes the top off.
     #[inline]
     pub fn pop(&mut self) -> Option<T> {
-        let below = self.len.checked_sub(1)?;
-        self.len = below;
-        Some(self.items[below])
+        self.items.pop()
     }
 }
 
-impl<T: Copy + Default, const N: usize> Default for Stack<T, N> {
+impl<T: Copy, const N: usize> Default for Stack<T, N> {
     fn default() -> Self {
         Self::new()
     }

@@ -2,9 +2,13 @@
 //!
 //! A stage cuts its work into tasks whose number and borders do not depend on the machine, and each task writes only
 //! its own outputs, so the result is the same for any number of threads and any order.
+//! The numbers that workers call with are not believed: each call takes the next chunk, so that one which leaves out tasks or
+//! repeats them changes nothing. Where a target has no atomic counter, tasks run one after the other.
 //! `unsafe` lives here in one place: handing each task its own chunk of a slice.
 
 use core::marker::PhantomData;
+#[cfg(target_has_atomic = "ptr")]
+use core::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Runs independent tasks.
 pub trait Workers: Sync {
@@ -37,11 +41,11 @@ impl<'a, T> Chunks<'a, T> {
         Self { start: slice.as_mut_ptr(), len: slice.len(), chunk, slice: PhantomData }
     }
 
-    /// SAFETY: the caller uses each index once at a time.
+    /// SAFETY: the caller uses each index once.
     #[allow(clippy::mut_from_ref)]
     unsafe fn get(&self, index: usize) -> &mut [T] {
-        let first = (index * self.chunk).min(self.len);
-        let last = (first + self.chunk).min(self.len);
+        let first = index.saturating_mul(self.chunk).min(self.len);
+        let last = first.saturating_add(self.chunk).min(self.len);
         // SAFETY: first <= last <= len, and chunks of different indices do not overlap.
         unsafe { core::slice::from_raw_parts_mut(self.start.add(first), last - first) }
     }
@@ -57,8 +61,29 @@ pub fn for_each_chunk<T: Send>(
     let chunk = chunk.max(1);
     let count = slice.len().div_ceil(chunk);
     let chunks = Chunks::new(slice, chunk);
-    // SAFETY: `Workers::run` calls each index exactly once, so no chunk is lent twice.
-    workers.run(count, &|i| task(i, unsafe { chunks.get(i) }));
+    #[cfg(target_has_atomic = "ptr")]
+    {
+        let next = AtomicUsize::new(0);
+        // False where all are taken. The first look keeps the counter from running over.
+        let take = || {
+            let index = if next.load(Relaxed) < count { next.fetch_add(1, Relaxed) } else { count };
+            if index < count {
+                // SAFETY: the counter gives each index once.
+                task(index, unsafe { chunks.get(index) });
+            }
+            index < count
+        };
+        workers.run(count, &|_| {
+            take();
+        });
+        while take() {}
+    }
+    #[cfg(not(target_has_atomic = "ptr"))]
+    {
+        let _ = workers;
+        // SAFETY: each index once.
+        (0..count).for_each(|i| task(i, unsafe { chunks.get(i) }));
+    }
 }
 
 #[cfg(test)]
@@ -78,6 +103,14 @@ pub(crate) mod tests {
         }
     }
 
+    /// Repeats a task, invents one and leaves out the rest.
+    struct Careless;
+    impl Workers for Careless {
+        fn run(&self, _: usize, task: &(dyn Fn(usize) + Sync)) {
+            [1, 1, usize::MAX].into_iter().for_each(task);
+        }
+    }
+
     #[test]
     fn every_chunk_is_written_once_in_any_order() {
         let fill = |workers: &dyn Workers| {
@@ -86,6 +119,7 @@ pub(crate) mod tests {
             data
         };
         assert_eq!(fill(&Serial), fill(&Backwards));
+        assert_eq!(fill(&Serial), fill(&Careless));
         assert_eq!(fill(&Serial)[22], 5);
     }
 

@@ -4,8 +4,9 @@
 //! vertex in its own polygon; of the corner before it in its own polygon; for a polygon without any UV, of the two
 //! ends of one of its edges in a mapped face; of its vertex elsewhere; of the first mapped corner. A polygon that was
 //! dropped whole thus has two different UVs at the most, and no area. The one exception: of several triangles (a, b, a)
-//! that double one vertex, all but the first have their second a inside their edge. With UVs of its own vertex it would
-//! share the edge (a, a) with the others, and V - E + F of the chart would not be 1.
+//! that double one vertex, all but the first have their second a elsewhere on the line of their edge, on the grid exactly, so
+//! that they have no area either. With UVs of its own vertex it would share the edge (a, a) with the others, and V - E + F
+//! of the chart would not be 1.
 
 use super::grid::{GRID_BITS, GridPoint};
 use super::repair::{Counts, Polygons, Working};
@@ -166,8 +167,8 @@ fn collapse(
     }
 }
 
-/// Moves the second of two corners at one vertex of a triangle towards the third, by another share each time that the
-/// vertex is doubled.
+/// Moves the second of two corners at one vertex of a triangle along the line to the third, to another place each time that
+/// the vertex is doubled.
 fn part_doubles(
     corner_uv: &mut [DVec2],
     polygon: core::ops::Range<u32>,
@@ -185,14 +186,44 @@ fn part_doubles(
     let count = &mut doubled[at(i) as usize];
     *count += 1;
     if *count > 1 {
-        let place = uv(i).lerp(uv(k), 1.0 / f64::from(*count));
-        corner_uv[(polygon.start + j) as usize] = GridPoint::snap(place, GRID_BITS).uv(GRID_BITS);
+        let [from, to] = [i, k].map(|i| GridPoint::snap(uv(i), GRID_BITS));
+        corner_uv[(polygon.start + j) as usize] = on_line(from, to, *count).uv(GRID_BITS);
     }
+}
+
+/// A point of the grid on the line of two others: the `nth` part of the way, or where the edge holds no other point of the
+/// grid, so many of its lengths beyond its end or before its start, as the square allows; else its end.
+fn on_line(from: GridPoint, to: GridPoint, nth: u32) -> GridPoint {
+    let way = [to.x() - from.x(), to.y() - from.y()];
+    let steps = greatest_common_divisor(way[0].unsigned_abs(), way[1].unsigned_abs());
+    let at = |n: i64| {
+        let [x, y] = way.map(|d| i64::from(d) / i64::from(steps.max(1)) * n);
+        [i64::from(from.x()) + x, i64::from(from.y()) + y]
+    };
+    let is_inside = |n: &i64| at(*n).iter().all(|x| (0..=1 << GRID_BITS).contains(x));
+    let (steps, nth) = (i64::from(steps), i64::from(nth));
+    let n = match steps {
+        0 => 0,
+        1 => [nth, 1 - nth].into_iter().find(is_inside).unwrap_or(1),
+        _ => ((steps + nth / 2) / nth).clamp(1, steps - 1),
+    };
+    let [x, y] = at(n);
+    GridPoint::new(x as i32, y as i32)
+}
+
+/// Euclid's; that of 0 and 0 is 0.
+fn greatest_common_divisor(a: u32, b: u32) -> u32 {
+    let (mut a, mut b) = (a, b);
+    while b > 0 {
+        (a, b) = (b, a % b);
+    }
+    a
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::grid::doubled_area;
     use crate::mesh::repair::{Facing, repair, repair_need};
     use glam::DVec3;
     use std::vec;
@@ -243,6 +274,22 @@ mod tests {
             (count, &uv[3..]),
             (9, &[uv[1], uv[2], uv[1], uv[0], uv[1], (uv[0] + uv[1]) * 0.5, uv[2], uv[1], third][..])
         );
+    }
+
+    #[test]
+    fn a_vertex_doubled_along_an_edge_without_another_point_of_the_grid_stays_on_its_line() {
+        let place = |from: [i32; 2], to: [i32; 2], nth| {
+            let [from, to] = [from, to].map(|[x, y]| GridPoint::new(x, y));
+            let point = on_line(from, to, nth);
+            assert_eq!(doubled_area(&[from, point, to]), 0);
+            [point.x(), point.y()]
+        };
+        assert_eq!(place([10, 10], [16, 13], 2), [14, 12]);
+        assert_eq!(place([10, 10], [13, 14], 2), [16, 18]);
+        assert_eq!(place([10, 10], [13, 14], 4), [22, 26]);
+        assert_eq!(place([10, 10], [3, 5], 2), [17, 15], "beyond the end is beyond the square");
+        assert_eq!(place([0, 1], [1 << 24, 2], 2), [1 << 24, 2], "so is before the start");
+        assert_eq!(place([7, 7], [7, 7], 2), [7, 7]);
     }
 
     #[test]

@@ -54,6 +54,17 @@ pub struct Learning<'a> {
 }
 
 impl Learning<'_> {
+    /// Whether there is room for all maps, and no more are given than that.
+    pub(super) fn check(&self) -> Result<(), UnwrapError> {
+        let parameters = self.settings.widths.parameter_count();
+        let room = (self.weights.len() / parameters.max(1)).min(self.frames.len());
+        if room >= MOST && self.summary.maps <= MOST {
+            Ok(())
+        } else {
+            Err(UnwrapError::BadLength { expected: MOST, given: if room < MOST { room } else { self.summary.maps } })
+        }
+    }
+
     /// Whether exposure plays no part.
     pub(super) fn is_blind(&self) -> bool {
         self.settings.weights.0[Loss::Visibility as usize] == 0.0

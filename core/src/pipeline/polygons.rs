@@ -6,7 +6,7 @@
 
 use super::order::{Face, order_parts, order_parts_need};
 use super::partition::{partition, partition_need};
-use super::{Input, UnwrapError, report};
+use super::{Input, UnwrapError, fits, report};
 use crate::base::progress::{Progress, Stage};
 use crate::base::real;
 use crate::base::scratch::{Scratch, bytes_for};
@@ -26,7 +26,7 @@ use glam::Vec3;
 pub enum Source<'a> {
     /// The shape alone.
     Shape(segment::parts::Settings),
-    /// One label a polygon; equal labels are one part.
+    /// One label a polygon; equal labels are one part. Polygons beyond the list have one label.
     Labels(&'a [u32]), // (p)
 }
 
@@ -62,6 +62,9 @@ pub fn parts_of_polygons(
     workers: &dyn Workers,
     progress: &mut dyn Progress,
 ) -> Result<usize, UnwrapError> {
+    let polygons = input.polygon_start.len().saturating_sub(1);
+    fits(polygons, out.part.len())?;
+    fits(polygons, out.diameter.len())?;
     scratch.require(parts_of_polygons_need(input, bvh))?;
     report(progress, Stage::Parts, 0, 1)?;
     let (working, _) = repair(&input.polygons(), Facing::Turned, &mut scratch)?;
@@ -88,7 +91,6 @@ pub fn parts_of_polygons(
         Source::Labels(given) => rank(part, given, scratch.frame())?,
     };
     of_polygons(polygon_diameter, thickness, &working);
-    fill_dropped(part, input, &working, scratch.frame())?;
     let found = (0..faces).filter(|f| part[working.polygon[*f] as usize] != NONE);
     let mesh = working.mesh();
     let seen = scratch.take::<u32>(faces)?; // the labels before they are renumbered
@@ -101,6 +103,8 @@ pub fn parts_of_polygons(
     };
     let listed = (0..faces).filter(|f| seen[*f] as usize <= count).map(face);
     let parts = order_parts(part, count, listed, scratch.frame())?;
+    // Last, since a label that only dropped polygons have is no part.
+    fill_dropped(part, input, &working, scratch)?;
     report(progress, Stage::Parts, 1, 1)?;
     Ok(parts)
 }
@@ -164,13 +168,15 @@ fn rank(part: &mut [u32], given: &[u32], mut scratch: Scratch) -> Result<usize, 
     Ok(count as usize)
 }
 
-/// The mean diameter over each polygon's triangles, in the user's units.
+/// The mean diameter over each polygon's triangles, in the user's units; the largest float where that is beyond all floats.
 fn of_polygons(out: &mut [f32], diameter: &[f32], working: &Working) {
     out.fill(0.0);
     let mut first = 0;
     for group in working.polygon.runs(|a, b| a == b) {
         let sum = diameter[first..first + group.len()].iter().fold(0.0, |sum, d| sum + f64::from(*d));
-        out[group[0] as usize] = (sum / group.len() as f64 * working.extent) as f32;
+        // Nothing is nothing, however large the mesh: its extent may be infinite.
+        let size = if sum > 0.0 { sum / group.len() as f64 * working.extent } else { 0.0 };
+        out[group[0] as usize] = size.min(f32::MAX.into()) as f32;
         first += group.len();
     }
 }
@@ -235,9 +241,41 @@ mod tests {
     }
 
     #[test]
+    fn a_label_that_only_dropped_polygons_have_is_no_part() {
+        let (count, part, _) = run(Source::Labels(&[4, 4, 4, 6, 6, 6, 5]), 0).unwrap();
+        assert!(count == 2 && part[..6] == [0, 0, 0, 1, 1, 1] && part[6] < 2, "{count} {part:?}");
+    }
+
+    #[test]
     fn a_polygon_that_repair_drops_gets_a_part_all_the_same() {
         let (count, part, _) = run(Source::Shape(segment::parts::Settings::default()), 0).unwrap();
         assert!(count >= 1 && part.iter().all(|p| (*p as usize) < count), "{part:?}");
+    }
+
+    #[test]
+    fn a_mesh_wider_than_any_float_has_diameters_all_the_same() {
+        let (mut positions, corners, polygon_start) = cube();
+        positions.iter_mut().for_each(|p| *p = (*p - 0.5) * f64::MAX * 2.0);
+        let (positions, corners, polygon_start) = (&positions, &corners, &polygon_start);
+        let input = Input { positions, corners, polygon_start, kept_uv: None, parts: None };
+        let (mut part, mut diameter) = ([0; 7], [f32::NAN; 7]);
+        let mut bytes = vec![0; parts_of_polygons_need(&input, &BinnedBuilder)];
+        let (out, scratch) = (Parts { part: &mut part, diameter: &mut diameter }, Scratch::new(&mut bytes));
+        parts_of_polygons(out, &input, Source::Labels(&[]), &BinnedBuilder, scratch, &Serial, &mut Silent).unwrap();
+        assert_eq!(diameter, [f32::MAX, f32::MAX, f32::MAX, f32::MAX, f32::MAX, f32::MAX, 0.0]);
+    }
+
+    #[test]
+    fn outputs_of_another_length_are_an_error() {
+        let (positions, corners, polygon_start) = cube();
+        let (positions, corners, polygon_start) = (&positions, &corners, &polygon_start);
+        let input = Input { positions, corners, polygon_start, kept_uv: None, parts: None };
+        for (parts, diameters, given) in [(6, 7, 6), (7, 8, 8)] {
+            let out = Parts { part: &mut vec![0; parts], diameter: &mut vec![0.0; diameters] };
+            let (bvh, scratch) = (&BinnedBuilder, Scratch::new(&mut []));
+            let result = parts_of_polygons(out, &input, Source::Labels(&[]), bvh, scratch, &Serial, &mut Silent);
+            assert_eq!(result, Err(UnwrapError::BadLength { expected: 7, given }));
+        }
     }
 
     #[test]

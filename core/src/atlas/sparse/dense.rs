@@ -162,7 +162,7 @@ mod tests {
             let mut vectors = plain.clone();
             partial_cholesky(&mut vectors, m, own, &Serial);
             let (block, behind) = plain.split_at_mut(own * m);
-            eliminate(block, m, 0);
+            eliminate(block, m, 0..own);
             behind.chunks_mut(TASK * m).enumerate().for_each(|(task, x)| update(x, own + task * TASK, block, m));
             let bits = |a: &[f64]| a.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
             assert_eq!(bits(&plain), bits(&vectors), "{m} {own}");

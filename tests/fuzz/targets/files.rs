@@ -1,0 +1,102 @@
+//! Bytes as a file of every kind that the command reads: refused with the file's name, or a whole mesh that is written as an
+//! OBJ which reads back as the same mesh; labels, maps and settings likewise.
+#![no_main]
+
+use glam::{DVec2, DVec3};
+use libfuzzer_sys::fuzz_target;
+use seamwright::args::LearningArgs;
+use seamwright::failure::Failure;
+use seamwright::learning::Trainer;
+use seamwright::load::{Loaded, load, load_obj};
+use seamwright::measure::{Polygons, measure};
+use seamwright::mesh::Mesh;
+use seamwright::{labels, map_file};
+use seamwright_fuzz::ENDINGS;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Corners up to which a mesh is also measured and written.
+const FEW: usize = 300;
+
+fuzz_target!(|bytes: &[u8]| {
+    let Some((kind, bytes)) = bytes.split_first() else { return };
+    let kind = usize::from(*kind) % (ENDINGS.len() + 4);
+    let ending = ENDINGS.get(kind).unwrap_or(&["ply", "glb", "map", "toml"][kind.saturating_sub(ENDINGS.len())]);
+    // A folder of its own, so that a glTF that names other files finds none.
+    let folder = std::env::temp_dir().join(format!("seamwright_fuzz_{}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a folder for temporary files");
+    let path = folder.join(format!("a.{ending}"));
+    fs::write(&path, bytes).expect("a temporary file");
+    match kind {
+        0..=4 => read(&path),
+        5..=8 => labelled(&path),
+        9 => drop(refused(map_file::read(&path), &path)),
+        _ => {
+            let args = LearningArgs { file: Some(path.clone()), ..LearningArgs::default() };
+            match Trainer::new(&args, 0) {
+                Err(Failure::Usage(text)) => assert!(text.contains(&path.display().to_string()), "{text}"),
+                other => drop(refused(other, &path)),
+            }
+        }
+    }
+});
+
+/// The result, where it is not a proper refusal.
+fn refused<T>(result: Result<T, Failure>, path: &Path) -> Option<T> {
+    match result {
+        Ok(made) => Some(made),
+        Err(Failure::Input(text)) if text.contains(&path.display().to_string()) => None,
+        Err(other) => panic!("{other:?}"),
+    }
+}
+
+fn read(path: &Path) {
+    let Some(loaded) = refused(load(path), path) else { return };
+    let mesh = loaded.mesh();
+    whole(mesh);
+    if mesh.corners.len() > FEW || refused(loaded.polygons(), path).is_none() {
+        return;
+    }
+    let uv: Vec<DVec2> = (0..mesh.corners.len()).map(|c| DVec2::new(c as f64 / 8.0, 0.25)).collect();
+    let again = written(&loaded, &uv);
+    assert_eq!(again.mesh().corners, mesh.corners, "other corners");
+    assert_eq!(again.mesh().polygon_start, mesh.polygon_start, "other polygons");
+    // Of other files than OBJ, coordinates that a float holds are written as floats.
+    let are_same = |(a, b): (&DVec3, &DVec3)| a == b || a.as_vec3() == b.as_vec3();
+    assert!(again.mesh().positions.iter().zip(&mesh.positions).all(are_same), "other positions");
+    assert_eq!(again.mesh().corner_uv.as_deref(), Some(&uv[..]), "other UVs");
+    if let Some(corner_uv) = mesh.corner_uv.as_deref() {
+        let Mesh { positions, corners, polygon_start, .. } = mesh;
+        let polygons = Polygons { positions, corners, polygon_start, corner_uv: Some(corner_uv) };
+        measure("a", polygons, None, 16).expect("a mesh that was read can be measured");
+    }
+}
+
+/// What [`Mesh`] promises.
+fn whole(mesh: &Mesh) {
+    assert!(mesh.positions.iter().all(|p| p.is_finite()), "a position that is none");
+    assert!(mesh.corners.iter().all(|v| (*v as usize) < mesh.positions.len()), "a corner of no vertex");
+    assert!(mesh.polygons().all(|p| p.len() >= 3), "a polygon of two corners");
+    assert_eq!(mesh.polygon_start.first(), Some(&0));
+    assert_eq!(mesh.polygon_start.last().map(|end| *end as usize), Some(mesh.corners.len()));
+    assert!(mesh.corner_uv.as_ref().is_none_or(|uv| uv.len() == mesh.corners.len()));
+}
+
+fn written(loaded: &Loaded, uv: &[DVec2]) -> Loaded {
+    let mut text = Vec::new();
+    loaded.write_obj(&mut text, uv, None).expect("memory takes all bytes");
+    load_obj(&PathBuf::from("again.obj"), text).expect("what is written can be read")
+}
+
+/// Labels for a strip of two quads.
+fn labelled(path: &Path) {
+    let mesh = Mesh {
+        positions: (0..6).map(|i| DVec3::new((i % 3) as f64, (i / 3) as f64, 0.0)).collect(),
+        corners: vec![0, 1, 4, 3, 1, 2, 5, 4],
+        polygon_start: vec![0, 4, 8],
+        corner_uv: None,
+    };
+    if let Some(labels) = refused(labels::read("--labels", path, &mesh, Path::new("strip.obj")), path) {
+        assert!(labels.label.len() == 2 && labels.label.iter().all(|l| (*l as usize) < labels.names.len()));
+    }
+}
