@@ -7,13 +7,16 @@
 //! Which fronts are in boughs depends on the tree alone, never on the number of threads.
 
 use super::dissection::Front;
-use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 
 /// Nodes of a bough at the most. With 4000 the command takes 187 MB for a mesh of 100,000 faces, with 1000 168 MB.
 pub(super) const BOUGH: usize = 1000;
+/// A system of up to so many nodes is one bough: it is done before others could begin, and nodes of many neighbours take their
+/// memory once.
+const WHOLE: usize = 2000;
 /// The columns of boughs are kept in systems of up to so many nodes.
 pub(super) const KEPT: usize = 20_000;
-/// Boughs that are eliminated at the same time.
+/// Boughs that are eliminated at the same time at the most.
 pub(super) const LANES: usize = 16;
 
 /// What a factorisation needs to know beside the fronts.
@@ -30,6 +33,19 @@ pub(super) struct Plan<'a> {
     pub top: Demand,
     /// Values of the largest update that a bough leaves.
     pub update_len: usize,
+}
+
+impl Plan<'_> {
+    /// Boughs of a system of `nodes` that can be eliminated at the same time in `free` bytes, at least one: this changes no result.
+    pub fn lanes(&self, nodes: usize, free: usize) -> usize {
+        let Demand { front, stack, columns } = self.bough;
+        // The matrix, its right-hand side, unknowns and border; waiting updates; the last update.
+        let doubles = front * (front + 3) + stack + self.update_len;
+        let columns = if self.kept { 0 } else { columns };
+        let one =
+            bytes_for::<f64>(doubles) + bytes_for::<u32>(nodes) + bytes_for::<f32>(columns) + 8 * bytes_for::<u8>(0);
+        free.checked_div(one).map_or(1, |lanes| lanes.clamp(1, LANES))
+    }
 }
 
 /// Memory of an elimination.
@@ -67,13 +83,13 @@ pub(super) fn plan<'a>(fronts: &mut [Front], keep: &mut Scratch<'a>) -> Result<P
         (last.first + last.count - first.first) as usize
     };
     let all = fronts.last().map_or(0, |f| (f.first + f.count) as usize);
-    let kept = all <= KEPT;
+    let (kept, most) = (all <= KEPT, if all <= WHOLE { WHOLE } else { BOUGH });
     // From the last front down: a bough is stepped over whole.
     let walk = |visit: &mut dyn FnMut(usize)| {
         let mut f = fronts.len();
         while f > 0 {
             let root = f - 1;
-            f = if nodes(root) <= BOUGH {
+            f = if nodes(root) <= most {
                 visit(root);
                 fronts[root].leftmost as usize
             } else {

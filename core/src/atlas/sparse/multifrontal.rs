@@ -68,12 +68,13 @@ impl<'a> Factor<'a> {
         workers: &dyn Workers,
     ) -> Result<(), ScratchTooSmall> {
         let plan = &symbolic.plan;
-        let slots = take_dirty::<f64>(&mut scratch, LANES.min(plan.roots.len()) * plan.update_len)?;
         let mut updates = Updates::new(plan.top.stack, &mut scratch)?;
+        let lanes = plan.lanes(symbolic.order.len(), scratch.remaining());
+        let slots = take_dirty::<f64>(&mut scratch, lanes.min(plan.roots.len()) * plan.update_len)?;
         let (mut f, mut next, mut ready) = (0, 0, 0..0);
         while f < symbolic.fronts.len() {
             if next == ready.end && next < plan.roots.len() {
-                ready = next..(next + LANES).min(plan.roots.len());
+                ready = next..(next + lanes).min(plan.roots.len());
                 self.raise(slots, y, ready.clone(), symbolic, add, scratch.frame(), workers)?;
             }
             while let Some(root) = ready.clone().find(|b| *b == next).map(|b| plan.roots[b] as usize) {
@@ -166,8 +167,11 @@ impl<'a> Factor<'a> {
             }
             after = root.map_or(0, |r| symbolic.fronts[r].leftmost as usize);
         }
-        for wave in (0..plan.roots.len()).step_by(LANES) {
-            let boughs = wave..(wave + LANES).min(plan.roots.len());
+        let lanes = plan.lanes(symbolic.order.len(), scratch.remaining());
+        let mut done = 0;
+        while done < plan.roots.len() {
+            let boughs = done..(done + lanes).min(plan.roots.len());
+            done = boughs.end;
             let mut frame = scratch.frame();
             let mut jobs = heapless::Vec::<Job, LANES>::new();
             let mut far = heapless::Vec::<&[f64], LANES>::new();
