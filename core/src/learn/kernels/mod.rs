@@ -247,15 +247,15 @@ fn pack<T: Float>(out: &mut [T], b: Matrix<T>, slab: core::ops::Range<usize>, wi
             let row = &b.data[(first + k) * b.row..][..columns];
             let mut column = 0;
             while column < columns {
-                let from = &row[column..columns.min(column + width)];
-                let to = &mut out[column * rows + k * width..][..width];
-                let (whole, rest) = from.as_chunks::<{ plain::WIDTH }>();
-                let mut parts = to.as_chunks_mut::<{ plain::WIDTH }>().0.iter_mut();
-                whole.iter().zip(&mut parts).for_each(|(from, to)| *to = *from);
-                for (i, to) in parts.into_slice().as_flattened_mut().iter_mut().enumerate() {
-                    *to = rest.get(i).copied().unwrap_or(T::ZERO);
-                }
+                let (whole, rest) = row[column..columns.min(column + width)].as_chunks::<{ plain::WIDTH }>();
+                let to = out[column * rows + k * width..][..width].as_chunks_mut::<{ plain::WIDTH }>().0;
+                to.iter_mut().zip(whole).for_each(|(to, from)| *to = *from);
                 column += width;
+                if column > columns {
+                    for (i, to) in to[whole.len()..].as_flattened_mut().iter_mut().enumerate() {
+                        *to = rest.get(i).copied().unwrap_or(T::ZERO);
+                    }
+                }
             }
         }
     } else {
