@@ -136,8 +136,13 @@ const Obj = (() => {
             }
             if (kind === 'texture') continue;
             const statement = text.slice(start, end);
+            const [keyword, ...rest] = words(statement);
             let at = 0, c = starts[polygon];
-            for (const { word, start: from, end: to } of words(statement).slice(1)) {
+            if (kind === 'face') {
+                out.push(gap(statement.slice(0, keyword.start)), keyword.word);
+                at = keyword.end;
+            }
+            for (const { word, start: from, end: to } of rest) {
                 const fields = CORNER.exec(word);
                 if (kind === 'face') {
                     const normal = normals[c] ? `/${normals[c]}` : '';
