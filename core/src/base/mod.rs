@@ -2,7 +2,6 @@
 
 pub mod buckets;
 pub mod heap;
-
 pub mod progress;
 pub mod random;
 pub mod real;

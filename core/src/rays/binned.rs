@@ -45,7 +45,7 @@ impl Item {
 }
 
 /// A range of `order` that waits for its node.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Task {
     node: usize,
     first: usize,

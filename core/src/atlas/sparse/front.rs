@@ -6,7 +6,7 @@
 
 use super::dense::partial_cholesky;
 use super::dissection::{Front, Symbolic};
-use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::base::workers::{Workers, for_each_chunk};
 use glam::DVec2;
@@ -47,15 +47,6 @@ impl FrontMatrix<'_> {
 /// What adds the elements of a front.
 pub(super) type Add<'f> = &'f (dyn Fn(u32, &mut FrontMatrix) + Sync);
 
-/// Memory that is not zeroed.
-pub(super) fn take_dirty<'a, T: bytemuck::Pod>(
-    scratch: &mut Scratch<'a>,
-    count: usize,
-) -> Result<&'a mut [T], ScratchTooSmall> {
-    scratch.require(bytes_for::<T>(count))?;
-    scratch.fill::<T>(|values| (values.len() >= count).then_some(count))
-}
-
 /// Updates of finished fronts whose parent is still to come.
 pub(super) struct Updates<'a> {
     values: &'a mut [f64],
@@ -66,7 +57,7 @@ pub(super) struct Updates<'a> {
 impl<'a> Updates<'a> {
     /// An empty stack for `len` values.
     pub fn new(len: usize, scratch: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
-        Ok(Self { values: take_dirty(scratch, len)?, top: 0, waiting: heapless::Vec::new() })
+        Ok(Self { values: scratch.take_unset(len)?, top: 0, waiting: heapless::Vec::new() })
     }
 
     /// Puts the update of front `f` on top; `write` fills it.
@@ -99,9 +90,9 @@ pub(super) struct Bench<'a> {
 impl<'a> Bench<'a> {
     /// Memory for fronts of up to `side` unknowns in a system of `nodes` nodes.
     pub fn new(side: usize, nodes: usize, scratch: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
-        let matrix = take_dirty(scratch, side * side)?;
-        let vector = take_dirty(scratch, side)?;
-        Ok(Self { matrix, vector, local: take_dirty(scratch, nodes)?, m: 0, own: 0 })
+        let matrix = scratch.take_unset(side * side)?;
+        let vector = scratch.take_unset(side)?;
+        Ok(Self { matrix, vector, local: scratch.take_unset(nodes)?, m: 0, own: 0 })
     }
 
     /// Assembles front `f` from its elements and its children's updates, and eliminates its columns.

@@ -8,7 +8,7 @@
 
 use super::boughs::LANES;
 use super::dissection::Symbolic;
-use super::front::{Add, Bench, Unknowns, Updates, take_dirty};
+use super::front::{Add, Bench, Unknowns, Updates};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Serial, Workers, for_each_chunk};
@@ -34,7 +34,7 @@ struct Job<'j> {
 impl<'a> Factor<'a> {
     /// Memory for the factor of `symbolic`.
     pub fn new(symbolic: &Symbolic, keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
-        Ok(Self { values: take_dirty(keep, symbolic.plan.factor_len)? })
+        Ok(Self { values: keep.take_unset(symbolic.plan.factor_len)? })
     }
 
     /// Solves A x = b, where `add(front, matrix)` adds the elements of each front to A and b; it is called twice for some.
@@ -70,7 +70,7 @@ impl<'a> Factor<'a> {
         let plan = &symbolic.plan;
         let mut updates = Updates::new(plan.top.stack, &mut scratch)?;
         let lanes = plan.lanes(symbolic.order.len(), scratch.remaining());
-        let slots = take_dirty::<f64>(&mut scratch, lanes.min(plan.roots.len()) * plan.update_len)?;
+        let slots = scratch.take_unset::<f64>(lanes.min(plan.roots.len()) * plan.update_len)?;
         let (mut f, mut next, mut ready) = (0, 0, 0..0);
         while f < symbolic.fronts.len() {
             if next == ready.end && next < plan.roots.len() {
@@ -191,14 +191,14 @@ impl<'a> Factor<'a> {
                     far,
                     columns: &mut [],
                     update: &mut [],
-                    part: take_dirty(&mut frame, plan.bough.front)?,
+                    part: frame.take_unset(plan.bough.front)?,
                     bench: None,
                     updates: None,
                 };
                 if plan.kept {
                     job.columns = columns.take(symbolic.columns_of(root), 1);
                 } else {
-                    job.columns = take_dirty(&mut frame, symbolic.columns_of(root).len())?;
+                    job.columns = frame.take_unset(symbolic.columns_of(root).len())?;
                     job.bench = Some(Bench::new(plan.bough.front, symbolic.order.len(), &mut frame)?);
                     job.updates = Some(Updates::new(plan.bough.stack, &mut frame)?);
                 }

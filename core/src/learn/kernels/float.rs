@@ -10,7 +10,6 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 /// f32 or f64, with arithmetic and the rows of a matrix product.
 pub trait Float:
     Real
-    + Default
     + Pod
     + Send
     + Sync
