@@ -3,6 +3,7 @@
 //! The floors, lowest first; a module imports only from floors below its own:
 //! - [`base`]: memory, workers, progress, numbers
 //! - [`mesh`]: views, topology, repair
+//! - [`price`]: what a cut costs
 //! - [`rays`], [`segment`], [`learn`], [`atlas`], [`judge`]: the stages; none imports another
 //! - [`pipeline`]: joins the stages
 #![no_std]
@@ -17,5 +18,6 @@ pub mod judge;
 pub mod learn;
 pub mod mesh;
 pub mod pipeline;
+pub mod price;
 pub mod rays;
 pub mod segment;

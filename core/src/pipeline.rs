@@ -19,9 +19,10 @@ use crate::mesh::frame::to_own_frame;
 use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::overlap::overlaps_need;
 use crate::mesh::repair::{
-    self, Counts, DIAGONAL, FORCED, Facing, Polygons, RepairError, Working, repair, repair_need,
+    self, Counts, FORCED, Facing, Polygons, RepairError, Working, repair, repair_need,
 };
-use crate::mesh::view::{NONE, next};
+use crate::mesh::view::NONE;
+use crate::price::cost::prices;
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
 use crate::rays::exposure::{ExposureSettings, exposure, exposure_need};
@@ -235,11 +236,6 @@ impl core::fmt::Display for UnwrapError {
 
 impl core::error::Error for UnwrapError {}
 
-/// Weight of hidden places in the cost of a cut: cost = length (OPEN + exposure^SHARPNESS). Bracketed on 13 meshes in
-/// docs/RESULTS.md.
-const OPEN: f64 = 0.05;
-/// See [`OPEN`].
-const SHARPNESS: f64 = 4.0;
 /// Rays see vertices on a grid of so many steps a unit of the mesh's own frame, that one or another rounding of the input
 /// casts the same rays: 2^24 is f32 as it is, and every hundredth coordinate of a file of 9 digits rounds otherwise; 2^16
 /// bends the small faces of a million.
@@ -265,7 +261,7 @@ pub fn need_for(counts: &Counts, settings: &Settings, bvh: &dyn BuildBvh) -> usi
     let packing = pack_need(triangles, triangles.min(CHARTS_FORESEEN), &settings.pack()) + overlaps_need(triangles);
     let atlas = pieces_need(triangles) + 17 * 3 * triangles + 4096 + pieces.max(packing + 60 * 3 * triangles);
     repair_need(counts)
-        .saturating_add(bytes_for::<DVec3>(vertices) + bytes_for::<f64>(3 * triangles))
+        .saturating_add(bytes_for::<DVec3>(vertices) + bytes_for::<f64>(3 * triangles) + bytes_for::<f32>(vertices))
         .saturating_add(rays.max(atlas).max(fill_dropped_need(counts)))
 }
 
@@ -312,8 +308,11 @@ pub fn unwrap_by(
     working.positions = own;
     report(progress, Stage::Repair, 1, 1)?;
     let cost = scratch.take::<f64>(3 * working.faces.len())?;
+    let open = scratch.take::<f32>(working.positions.len())?;
+    expose(open, &working, settings, bvh, scratch.frame(), workers, progress)?;
+    share_exposure(output.exposure, open, &working);
     let is_blind = matches!(&method, Method::Neural(l) if l.is_blind());
-    expose(output.exposure, cost, is_blind, &working, settings, bvh, scratch.frame(), workers, progress)?;
+    prices(cost, working.mesh(), working.fixed, if is_blind { None } else { Some(open) });
     let mut done = Report { repaired, ..Report::default() };
     let mut frame = scratch.frame();
     let forced = frame.take::<u8>(working.twin.len())?;
@@ -360,12 +359,9 @@ pub fn unwrap_by(
     Ok(done)
 }
 
-/// Exposure of each input vertex, and from it the cost of a cut along each half-edge of the working mesh.
-#[allow(clippy::too_many_arguments)]
+/// Exposure of each working vertex.
 fn expose(
-    exposure_out: &mut [f32],
-    cost: &mut [f64],
-    is_blind: bool, // whether cuts cost their length alone
+    open: &mut [f32],
     working: &Working,
     settings: &Settings,
     bvh: &dyn BuildBvh,
@@ -381,7 +377,6 @@ fn expose(
     normals.iter_mut().zip(exact.iter()).for_each(|(to, from)| *to = on_grid(*from, NORMAL_STEPS));
     let points = scratch.take::<Vec3>(n)?;
     points.iter_mut().zip(mesh.positions).for_each(|(to, from)| *to = on_grid(*from, POSITION_STEPS));
-    let open = scratch.take::<f32>(n)?;
     let scene = Scene::new(points, mesh.faces, bvh, &mut scratch).map_err(|e| match e {
         BvhError::Scratch(e) => UnwrapError::Scratch(e),
         _ => UnwrapError::BadTree,
@@ -393,16 +388,11 @@ fn expose(
         let (points, normals) = (&points[first..end], &normals[first..end]);
         exposure(&mut open[first..end], points, normals, &scene, &rays, scratch.frame(), workers)?;
     }
-    report(progress, Stage::Exposure, n, n)?;
-    for c in 0..mesh.corner_count() as u32 {
-        let (a, b) = (mesh.vertex(c), mesh.vertex(next(c)));
-        let d = mesh.positions[b as usize] - mesh.positions[a as usize];
-        let e = if is_blind { 1.0 } else { 0.5 * (f64::from(open[a as usize]) + f64::from(open[b as usize])) };
-        let uncuttable = working.fixed[c as usize] == DIAGONAL;
-        let seen = real::sqrt(d.dot(d)) * (OPEN + real::pow(e, SHARPNESS));
-        cost[c as usize] = if uncuttable { f64::INFINITY } else { real::for_cost(seen) };
-    }
-    // Input vertices at one place share the value of the last working vertex there.
+    report(progress, Stage::Exposure, n, n)
+}
+
+/// Exposure of each input vertex: those at one place share the value of the last working vertex there.
+fn share_exposure(exposure_out: &mut [f32], open: &[f32], working: &Working) {
     exposure_out.fill(1.0);
     for (v, source) in working.vertex_source.iter().enumerate() {
         exposure_out[*source as usize] = open[v];
@@ -413,7 +403,6 @@ fn expose(
             exposure_out[v] = exposure_out[place as usize];
         }
     }
-    Ok(())
 }
 
 /// Nearest point of a grid.

@@ -44,7 +44,7 @@ fn floor(path: &[&str]) -> Option<u32> {
     match path {
         ["base", ..] => Some(0),
         ["mesh", ..] | ["learn", "kernels", ..] => Some(1),
-        ["rays" | "segment" | "learn" | "atlas" | "judge", ..] => Some(2),
+        ["rays" | "segment" | "learn" | "atlas" | "judge" | "price", ..] => Some(2),
         ["pipeline", ..] => Some(3),
         _ => None,
     }

@@ -1,0 +1,3 @@
+//! What a cut costs.
+
+pub mod cost;
