@@ -1,7 +1,7 @@
 //! The seamwright command.
 
 use clap::Parser;
-use seamwright::{args::CommandLine, commands, progress};
+use seamwright::{args::line::CommandLine, commands, run::progress};
 use std::io::{Write, stderr};
 use std::process::ExitCode;
 

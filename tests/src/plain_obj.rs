@@ -4,7 +4,7 @@
 //! loader changes. It panics on what it does not understand.
 
 use glam::{DVec2, DVec3};
-use seamwright::measure::Polygons;
+use seamwright::figures::measure::Polygons;
 
 /// An OBJ in memory.
 #[derive(Default)]

@@ -1,6 +1,6 @@
 //! The judge against an independent evaluator: recorded figures always, the evaluator itself where it is at hand.
 
-use seamwright::measure::{Exposure, Weighting, json, measure};
+use seamwright::figures::measure::{Exposure, Weighting, json, measure};
 use seamwright_tests::plain_obj::PlainObj;
 use serde_json::Value;
 use std::{fs, path::Path, process::Command};

@@ -1,10 +1,10 @@
 //! `seamwright apply`: saved maps on a mesh, without training.
 
 use super::unwrap::{Job, PartsSource};
-use crate::args::{ApplyArgs, Method, PartsArg};
-use crate::failure::Failure;
-use crate::load::load;
-use crate::map_file;
+use crate::args::line::{ApplyArgs, Method, PartsArg};
+use crate::base::failure::Failure;
+use crate::formats::loaded::load;
+use crate::training::map_file;
 
 /// Runs `seamwright apply`.
 pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {

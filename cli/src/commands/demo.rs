@@ -1,9 +1,9 @@
 //! `seamwright demo`: the main job on a built-in mesh, so that one command shows what the program does.
 
 use super::unwrap::{Job, PartsSource};
-use crate::args::{DemoArgs, Method, PartsArg};
-use crate::failure::Failure;
-use crate::load::load_obj;
+use crate::args::line::{DemoArgs, Method, PartsArg};
+use crate::base::failure::Failure;
+use crate::formats::loaded::load_obj;
 use seamwright_core::pipeline::Settings;
 use std::fs;
 use std::path::Path;

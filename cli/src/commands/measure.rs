@@ -3,16 +3,16 @@
 //! With `--reference` it also says how far the file's charts, or labels, agree with other partitions of its faces.
 //! A file that cannot be measured is named and left out; the command then ends with that file's exit code.
 
-use crate::agreement::{self, AgreementRecord};
-use crate::args::{MeasureArgs, Sky};
-use crate::exposure::{ExposureError, vertex_exposure};
-use crate::failure::Failure;
-use crate::labels;
-use crate::load::{Loaded, load};
-use crate::measure::{self, Exposure, Polygons, Record, Weighting, json, table};
-use crate::mesh::NO_UV;
-use crate::progress::{Reporter, Show};
-use crate::threads::Pool;
+use crate::args::line::{MeasureArgs, Sky};
+use crate::base::failure::Failure;
+use crate::figures::agreement::{self, AgreementRecord};
+use crate::figures::exposure::{ExposureError, vertex_exposure};
+use crate::figures::measure::{self, Exposure, Polygons, Record, Weighting, json, table};
+use crate::formats::labels;
+use crate::formats::loaded::{Loaded, load};
+use crate::mesh::polygons::NO_UV;
+use crate::run::progress::{Reporter, Show};
+use crate::run::threads::Pool;
 use glam::DVec2;
 use seamwright_core::base::progress::{Progress, Stage};
 use std::io::{Write, stderr, stdout};
@@ -96,10 +96,10 @@ fn agree(loaded: &Loaded, uv: Option<&[DVec2]>, args: &MeasureArgs) -> Result<Op
         return Ok(None);
     }
     let (mesh, path) = (loaded.mesh(), &loaded.path);
-    let read = |file: &PathBuf| Ok((file.display().to_string(), labels::read("--reference", file, mesh, path)?));
+    let read = |file: &PathBuf| Ok((file.display().to_string(), labels::read::read("--reference", file, mesh, path)?));
     let references = args.reference.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
     let (compared, ours) = match (&args.labels, uv) {
-        (Some(file), _) => (file.display().to_string(), labels::read("--labels", file, mesh, path)?.label),
+        (Some(file), _) => (file.display().to_string(), labels::read::read("--labels", file, mesh, path)?.label),
         (None, uv) => {
             let charts = agreement::charts(mesh, uv.unwrap_or_default()).map_err(|e| unmeasured(path, &e))?;
             ("charts".to_string(), charts)

@@ -1,14 +1,14 @@
 //! `seamwright segment`: a mesh in, a label for each of its faces out.
 
-use crate::args::{PartsArg, SegmentArgs};
-use crate::failure::Failure;
-use crate::labels::{Kind, write::write};
-use crate::load::load;
-use crate::parts::find;
-use crate::picture::PartsDrawing;
-use crate::progress::{Reporter, Show, stop_requested};
-use crate::save::{self, Drafts, same_file};
-use crate::threads::Pool;
+use crate::args::line::{PartsArg, SegmentArgs};
+use crate::base::failure::Failure;
+use crate::files::drafts::{self, Drafts, same_file};
+use crate::formats::labels::{read::Kind, write::write};
+use crate::formats::loaded::load;
+use crate::picture::parts::PartsDrawing;
+use crate::run::parts::find;
+use crate::run::progress::{Reporter, Show, stop_requested};
+use crate::run::threads::Pool;
 
 /// Runs `seamwright segment`.
 pub fn segment(args: &SegmentArgs) -> Result<(), Failure> {
@@ -31,9 +31,9 @@ pub fn segment(args: &SegmentArgs) -> Result<(), Failure> {
         if !sheet.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", sheet.display())));
         }
-        save::check("--sheet", sheet)?;
+        drafts::check("--sheet", sheet)?;
     }
-    save::check("-o", &args.output)?;
+    drafts::check("-o", &args.output)?;
     let loaded = load(&args.mesh)?;
     let mut reporter = Reporter::new(Show::fitting(args.run.quiet));
     let pool = Pool::new(args.run.threads.map(usize::from))

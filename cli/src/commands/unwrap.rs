@@ -1,19 +1,19 @@
 //! `seamwright unwrap`: a mesh in, the same mesh with an atlas out.
 
-use crate::args::{LearningArgs, Method, PartsArg, RunArgs, UnwrapArgs};
-use crate::atlas::{self, Atlas};
-use crate::failure::Failure;
-use crate::labels;
-use crate::learning::Trainer;
-use crate::load::{Loaded, load};
-use crate::map_file;
-use crate::measure::{Exposure, Polygons, Record, Weighting, measure};
-use crate::parts::{self, Parts};
-use crate::picture::{Drawing, curves};
-use crate::progress::{Reporter, Show, stop_requested};
-use crate::report::{InputReport, LearningReport, Report, ResultReport, SettingsReport, StageReport};
-use crate::save::{self, Drafts, same_file};
-use crate::threads::Pool;
+use crate::args::line::{LearningArgs, Method, PartsArg, RunArgs, UnwrapArgs};
+use crate::base::failure::Failure;
+use crate::figures::measure::{Exposure, Polygons, Record, Weighting, measure};
+use crate::files::drafts::{self, Drafts, same_file};
+use crate::formats::labels;
+use crate::formats::loaded::{Loaded, load};
+use crate::picture::{curves, drawing::Drawing};
+use crate::report::document::{InputReport, LearningReport, Report, ResultReport, SettingsReport, StageReport};
+use crate::run::atlas::{self, Atlas};
+use crate::run::parts::{self, Parts};
+use crate::run::progress::{Reporter, Show, stop_requested};
+use crate::run::threads::Pool;
+use crate::training::map_file;
+use crate::training::trainer::Trainer;
 use seamwright_core::judge::measure::RESOLUTION;
 use seamwright_core::pipeline::Settings;
 use std::fs;
@@ -195,7 +195,7 @@ impl Job {
                 settings.map(|settings| parts::find(loaded, settings, pool, reporter)).transpose()
             }
             PartsSource::File(file) => {
-                let labels = labels::read("--labels", file, loaded.polygons()?, &loaded.path)?;
+                let labels = labels::read::read("--labels", file, loaded.polygons()?, &loaded.path)?;
                 parts::given(loaded, &labels, pool, reporter).map(Some)
             }
         }
@@ -309,12 +309,12 @@ impl Job {
     }
 
     fn check_outputs(&self) -> Result<(), Failure> {
-        save::check("-o", &self.output)?;
+        drafts::check("-o", &self.output)?;
         let others = [("--sheet", &self.sheet), ("--save-map", &self.save_map), ("--curves", &self.curves)];
         for (flag, path) in others {
-            path.as_deref().map_or(Ok(()), |path| save::check(flag, path))?;
+            path.as_deref().map_or(Ok(()), |path| drafts::check(flag, path))?;
         }
-        self.json.as_deref().filter(|path| !is_stdout(path)).map_or(Ok(()), |path| save::check("--json", path))
+        self.json.as_deref().filter(|path| !is_stdout(path)).map_or(Ok(()), |path| drafts::check("--json", path))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The atlas: charts filled in UV space, their borders as lines, overlaps and flips made to stand out.
 
-use super::colour::{self, INK, PANEL, Rgb, SEAM, linear, srgb};
 use super::surface::Surface;
+use crate::base::colour::{self, INK, PANEL, Rgb, SEAM, linear, srgb};
 use glam::{DVec2, Vec3};
 use seamwright_core::base::workers::{Workers, for_each_chunk};
 use seamwright_core::mesh::view::NONE;

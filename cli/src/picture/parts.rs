@@ -2,15 +2,15 @@
 //!
 //! Diameter runs from thin (dark) to thick (light) on a logarithmic scale. The same input gives the same bytes.
 
-use super::colour::{INK, PAPER};
+use super::drawing::fans;
 use super::image::Image;
-use super::polygons::fans;
 use super::seams::Lines;
 use super::sheet::{CAPTION, GAP, HEADER, cameras, pixel_width};
 use super::surface::{PictureMesh, Surface};
 use super::view::{self, Look};
 use super::{font, view::Camera};
-use crate::mesh::Mesh;
+use crate::base::colour::{INK, PAPER};
+use crate::mesh::polygons::Mesh;
 use seamwright_core::base::real::ln;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;

@@ -2,12 +2,12 @@
 //!
 //! The same mesh and options give the same pixels with any workers.
 
-use super::colour::{FAINT, INK, PAPER, Rgb};
 use super::image::Image;
 use super::seams::Lines;
 use super::surface::{PictureMesh, Surface};
 use super::view::{self, Camera, Look, ROWS};
 use super::{atlas, font, histogram};
+use crate::base::colour::{FAINT, INK, PAPER, Rgb};
 use glam::{DVec2, Vec3};
 use seamwright_core::base::{scratch::Scratch, workers::Workers};
 use seamwright_core::rays::binned::BinnedBuilder;

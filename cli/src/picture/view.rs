@@ -1,8 +1,8 @@
 //! One orthographic view of the surface: rays once a sample, shaded in several ways.
 
-use super::colour::{self, PAPER, SEAM, linear, srgb};
 use super::seams::Lines;
 use super::surface::Surface;
+use crate::base::colour::{self, PAPER, SEAM, linear, srgb};
 use glam::{DVec2, Vec2, Vec3};
 use seamwright_core::base::workers::{Workers, for_each_chunk};
 use seamwright_core::mesh::view::NONE;

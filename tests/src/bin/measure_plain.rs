@@ -3,7 +3,7 @@
 //! `measure_plain FILE.obj [RESOLUTION [EXPOSURE]]`, EXPOSURE being little-endian f32, one a vertex. Prints JSON; the time
 //! of the measurement alone goes to the standard error.
 
-use seamwright::measure::{Exposure, Weighting, json, measure};
+use seamwright::figures::measure::{Exposure, Weighting, json, measure};
 use seamwright_core::judge::measure::RESOLUTION;
 use seamwright_tests::plain_obj::PlainObj;
 use std::{env, fs, time::Instant};

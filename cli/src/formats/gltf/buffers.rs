@@ -1,7 +1,7 @@
 //! Bytes and numbers of a glTF: buffers from the container, data URIs and files; accessors with every bound checked.
 
-use super::super::FormatError;
 use super::document::{Accessor, Document};
+use crate::formats::bare::FormatError;
 use std::borrow::Cow;
 use std::fs;
 use std::path::Path;

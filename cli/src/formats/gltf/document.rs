@@ -2,7 +2,7 @@
 //!
 //! Indices are what the file says; whoever follows one checks it.
 
-use super::super::FormatError;
+use crate::formats::bare::FormatError;
 use serde::Deserialize;
 
 /// What this reader understands and a file may require.

@@ -1,0 +1,3 @@
+//! Outputs on disk.
+
+pub mod drafts;

@@ -1,0 +1,3 @@
+//! PLY, text and binary.
+
+pub mod read;

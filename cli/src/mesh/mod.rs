@@ -1,0 +1,3 @@
+//! Meshes in memory, whatever file they came from.
+
+pub mod polygons;

@@ -1,0 +1,3 @@
+//! The JSON report of a run.
+
+pub mod document;
