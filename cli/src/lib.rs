@@ -14,23 +14,7 @@ pub mod base;
 pub mod commands;
 pub mod figures;
 pub mod files;
-pub mod formats {
-    //! Files to meshes and back: a folder for each format.
-
-    pub mod bare;
-    pub mod gltf {
-        //! glTF 2.0: `.glb`, and `.gltf` with its buffers.
-
-        mod buffers;
-        mod document;
-        pub mod read;
-    }
-    pub mod labels;
-    pub mod loaded;
-    pub mod obj;
-    pub mod ply;
-    pub mod stl;
-}
+pub mod formats;
 pub mod mesh;
 pub mod picture;
 pub mod report;
