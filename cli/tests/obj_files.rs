@@ -4,7 +4,8 @@
 
 use glam::DVec2;
 use quickcheck::{Arbitrary, Gen, QuickCheck};
-use seamwright::formats::obj::read::{ObjFile, read};
+use seamwright::formats::obj::file::ObjFile;
+use seamwright::formats::obj::read::read;
 use seamwright::formats::obj::write::write;
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,7 @@
 use crate::args::line::{PartsArg, SegmentArgs};
 use crate::base::failure::Failure;
 use crate::files::drafts::{self, Drafts, same_file};
-use crate::formats::labels::{read::Kind, write::write};
+use crate::formats::labels::{kind::LabelKind, write::write};
 use crate::formats::loaded::load;
 use crate::picture::parts::PartsDrawing;
 use crate::run::parts::find;
@@ -13,7 +13,7 @@ use crate::run::threads::Pool;
 /// Runs `seamwright segment`.
 pub fn segment(args: &SegmentArgs) -> Result<(), Failure> {
     let shown = args.output.display();
-    let Some(kind) = Kind::of(&args.output) else {
+    let Some(kind) = LabelKind::of(&args.output) else {
         return Err(Failure::Usage(format!("-o {shown}: name a file that ends in .seg, .json, .ply or .glb")));
     };
     if same_file(&args.output, &args.mesh) {

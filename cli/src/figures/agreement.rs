@@ -4,7 +4,7 @@
 //! segmentation benchmark does with its humans: each figure over the references that have it.
 
 use crate::figures::measure::number;
-use crate::formats::labels::read::Labels;
+use crate::formats::labels::of_faces::Labels;
 use crate::mesh::polygons::Mesh;
 use comfy_table::{CellAlignment, Table, presets};
 use glam::DVec2;

@@ -1,7 +1,8 @@
-//! Meshes from other files than OBJ; their atlas is written to an OBJ made from scratch.
+//! A mesh that came in another file than an OBJ; its atlas is written to an OBJ made from scratch.
 
+use super::error::FormatError;
+use super::mark::Mark;
 use crate::mesh::polygons::Mesh;
-use core::fmt;
 
 /// A mesh that came without an OBJ around it.
 #[derive(Debug, Default)]
@@ -15,57 +16,6 @@ pub struct Bare {
     /// What was odd, in words for the user.
     pub warnings: Vec<String>,
 }
-
-/// What a file says of the part that a polygon belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Mark {
-    /// An integer.
-    Label(i64),
-    /// Red, green and blue, 65535 the brightest.
-    Colour([u16; 3]),
-}
-
-impl Mark {
-    /// Of a colour whose parts are in [0, 1]; what is beyond is cut.
-    pub(super) fn colour(rgb: [f64; 3]) -> Self {
-        Mark::Colour(rgb.map(|c| (c.clamp(0.0, 1.0) * 65535.0).round() as u16))
-    }
-
-    /// The mark that most corners have; the first of those that are as many.
-    pub(super) fn of_most(corners: impl Iterator<Item = Mark> + Clone) -> Option<Self> {
-        let count = |mark: &Mark| corners.clone().filter(|m| m == mark).count();
-        // max_by_key gives the last of equals, so the order is turned.
-        let all: Vec<Mark> = corners.clone().collect();
-        all.into_iter().rev().max_by_key(count)
-    }
-}
-
-/// Why a file is no mesh.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FormatError {
-    /// Line from 1; 0 where the whole file is meant.
-    pub line: usize,
-    /// What is wrong, and what to do.
-    pub problem: String,
-}
-
-impl FormatError {
-    /// About no line in particular.
-    pub fn whole(problem: impl Into<String>) -> Self {
-        Self { line: 0, problem: problem.into() }
-    }
-}
-
-impl fmt::Display for FormatError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.line {
-            0 => f.write_str(&self.problem),
-            line => write!(f, "line {line}: {}", self.problem),
-        }
-    }
-}
-
-impl std::error::Error for FormatError {}
 
 /// Refuses what no stage can take: coordinates that are not finite, corners without a vertex.
 pub(super) fn check(mesh: &Mesh) -> Result<(), FormatError> {

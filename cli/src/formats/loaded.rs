@@ -1,7 +1,9 @@
 //! A mesh from a file, by the file's ending.
 
-use super::bare::{Bare, FormatError};
-use super::obj::{compose::compose, read::ObjFile, read::read, write::Groups, write::write};
+use super::bare::Bare;
+use super::error::FormatError;
+use super::groups::Groups;
+use super::obj::{compose::compose, file::ObjFile, read::read, write::write};
 use super::{gltf, ply, stl};
 use crate::base::failure::Failure;
 use crate::mesh::polygons::Mesh;

@@ -3,7 +3,8 @@
 //! An STL has no shared vertices, so corners at bit-equal positions become one vertex, in the order of their first use.
 //! A binary file whose header begins with `solid` is known by its length.
 
-use crate::formats::bare::{Bare, FormatError, check};
+use super::bare::{Bare, check};
+use super::error::FormatError;
 use crate::mesh::polygons::Mesh;
 use glam::DVec3;
 use std::collections::HashMap;

@@ -1,9 +1,9 @@
 //! The parts of a mesh: found by core or read from a file, and what charts belong to them.
 
 use crate::base::failure::Failure;
-use crate::formats::labels::read::Labels;
+use crate::formats::groups::Groups;
+use crate::formats::labels::of_faces::Labels;
 use crate::formats::loaded::Loaded;
-use crate::formats::obj::write::Groups;
 use crate::mesh::polygons::Mesh;
 use crate::run::atlas::{Atlas, failure, with_enough};
 use crate::run::hierarchy::ObvhsBuilder;

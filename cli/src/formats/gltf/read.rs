@@ -7,8 +7,10 @@
 //! refused; points and lines are left out.
 
 use super::buffers::Buffers;
-use super::document::{self, Document, Node};
-use crate::formats::bare::{Bare, FormatError, Mark, check};
+use super::document::{self, Document, GltfNode};
+use crate::formats::bare::{Bare, check};
+use crate::formats::error::FormatError;
+use crate::formats::mark::Mark;
 use crate::mesh::polygons::{Mesh, NO_UV};
 use glam::{DMat4, DQuat, DVec2, DVec3};
 use std::path::Path;
@@ -18,7 +20,7 @@ pub fn read(bytes: &[u8], folder: &Path) -> Result<Bare, FormatError> {
     let (document, binary) = document::read(bytes)?;
     let buffers = Buffers::load(&document, binary, folder)?;
     let bare = Bare { mesh: Mesh::new(), ..Bare::default() };
-    let mut build = Build { document: &document, buffers, bare, marks: Vec::new(), left_out: 0 };
+    let mut build = GltfBuild { document: &document, buffers, bare, marks: Vec::new(), left_out: 0 };
     for (node, place) in placed_nodes(&document) {
         build.node(node, place)?;
     }
@@ -26,7 +28,7 @@ pub fn read(bytes: &[u8], folder: &Path) -> Result<Bare, FormatError> {
 }
 
 /// Each node of the scene once, parents first, with its place in the world. A node that is its own ancestor ends there.
-fn placed_nodes(document: &Document) -> Vec<(&Node, DMat4)> {
+fn placed_nodes(document: &Document) -> Vec<(&GltfNode, DMat4)> {
     let scene = document.scene.and_then(|s| document.scenes.get(s)).or(document.scenes.first());
     let roots = match scene {
         Some(scene) => scene.nodes.clone(),
@@ -58,7 +60,7 @@ fn roots(document: &Document) -> Vec<usize> {
     (0..is_child.len()).filter(|i| !is_child[*i]).collect()
 }
 
-fn transform(node: &Node) -> DMat4 {
+fn transform(node: &GltfNode) -> DMat4 {
     match node.matrix {
         Some(columns) => DMat4::from_cols_array(&columns),
         None => {
@@ -74,7 +76,7 @@ fn transform(node: &Node) -> DMat4 {
     }
 }
 
-struct Build<'a> {
+struct GltfBuild<'a> {
     document: &'a Document,
     buffers: Buffers<'a>,
     bare: Bare,
@@ -82,8 +84,8 @@ struct Build<'a> {
     left_out: usize,
 }
 
-impl Build<'_> {
-    fn node(&mut self, node: &Node, place: DMat4) -> Result<(), FormatError> {
+impl GltfBuild<'_> {
+    fn node(&mut self, node: &GltfNode, place: DMat4) -> Result<(), FormatError> {
         let Some(mesh) = node.mesh.and_then(|mesh| self.document.meshes.get(mesh)) else { return Ok(()) };
         for primitive in &mesh.primitives {
             let Some(positions) = primitive.attributes.position else { continue };

@@ -4,17 +4,17 @@
 //! colour; the GLB has a primitive and a material of each part, of triangles, over vertices in single precision.
 
 use super::glb;
-use super::read::Kind;
+use super::kind::LabelKind;
 use crate::base::colour::part as part_colour;
 use crate::mesh::polygons::Mesh;
 use std::collections::HashSet;
 use std::io::{self, Write};
 
 /// Writes the label of each polygon, 0 and up, in the form that `kind` says. The same bytes for the same labels.
-pub fn write(out: &mut dyn Write, kind: Kind, mesh: &Mesh, labels: &[u32]) -> io::Result<()> {
+pub fn write(out: &mut dyn Write, kind: LabelKind, mesh: &Mesh, labels: &[u32]) -> io::Result<()> {
     match kind {
-        Kind::Seg => labels.iter().try_for_each(|l| writeln!(out, "{l}")),
-        Kind::Json => {
+        LabelKind::Seg => labels.iter().try_for_each(|l| writeln!(out, "{l}")),
+        LabelKind::Json => {
             writeln!(out, "{{")?;
             for (face, label) in labels.iter().enumerate() {
                 let end = if face + 1 < labels.len() { "," } else { "" };
@@ -22,8 +22,8 @@ pub fn write(out: &mut dyn Write, kind: Kind, mesh: &Mesh, labels: &[u32]) -> io
             }
             writeln!(out, "}}")
         }
-        Kind::Ply => ply(out, mesh, labels),
-        Kind::Glb => glb::write(out, mesh, labels, &colours(labels)),
+        LabelKind::Ply => ply(out, mesh, labels),
+        LabelKind::Glb => glb::write(out, mesh, labels, &colours(labels)),
     }
 }
 
@@ -85,7 +85,7 @@ mod tests {
         for name in ["a.seg", "a.json", "a.ply", "a.glb"] {
             let path = folder.path().join(name);
             let mut out = Vec::new();
-            write(&mut out, Kind::of(&path).unwrap(), &mesh, &[1, 0]).unwrap();
+            write(&mut out, LabelKind::of(&path).unwrap(), &mesh, &[1, 0]).unwrap();
             std::fs::write(&path, &out).unwrap();
             let back = super::super::read::read("--labels", &path, &mesh, &path).unwrap();
             let swapped = name == "a.glb"; // colours in their own order

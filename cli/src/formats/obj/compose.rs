@@ -2,7 +2,8 @@
 //!
 //! Coordinates that came as floats are written as floats: the shortest decimal that reads back the same.
 
-use super::write::{Groups, UvTable, write_corner};
+use super::write::{UvTable, write_corner};
+use crate::formats::groups::Groups;
 use crate::mesh::polygons::Mesh;
 use glam::DVec2;
 use std::io::{self, Write};

@@ -7,27 +7,12 @@
 //! Each `vt` is the shortest decimal that reads back as the same double; values k / 2^24 read back exactly as floats too.
 
 use super::field::names_texture;
-use super::read::{EditKind, ObjFile};
+use super::file::{EditKind, ObjFile};
 use super::statement::{Statements, Words, newline};
+use crate::formats::groups::Groups;
 use glam::DVec2;
 use std::collections::HashMap;
 use std::io::{self, Write};
-
-/// A group of each polygon.
-pub struct Groups<'a> {
-    /// Its number; beyond `names`: none of these, it stays in the group before it.
-    pub of: &'a [u32], // (p)
-    /// What stands after `g`.
-    pub names: Vec<String>,
-}
-
-impl Groups<'_> {
-    /// The name for polygon `p` where the polygon before it, since which the group was not `changed`, has another.
-    pub(super) fn name(&self, p: usize, changed: bool) -> Option<&str> {
-        let group = |p: usize| self.of.get(p).and_then(|g| self.names.get(*g as usize));
-        group(p).filter(|name| changed || p == 0 || group(p - 1) != Some(*name)).map(String::as_str)
-    }
-}
 
 /// Writes `file` with one UV a corner. A UV that is not finite is left out of its corner. With `groups`, a `g` line stands
 /// before each polygon whose group is another than that of the one before it, and overrules the file's own groups.

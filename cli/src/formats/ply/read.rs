@@ -4,14 +4,19 @@
 //! numbers a corner), labels (`label`, `part` or `segment` of a face) or colours of faces or vertices, and `tristrips`.
 //! Every other element and property is read past. Faces of fewer than three corners are dropped with a warning. Guarantee: no panic, and no more memory than the file's size calls for.
 
-use crate::formats::bare::{Bare, FormatError, Mark, check};
+use super::body::{Body, Short};
+use super::header::{Element, PlyHeader, ScalarType};
+use crate::formats::bare::{Bare, check};
+use crate::formats::error::FormatError;
+use crate::formats::mark::Mark;
 use crate::mesh::polygons::{Mesh, NO_UV};
 use glam::{DVec2, DVec3};
 
 /// Reads a PLY. O(bytes).
 pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
-    let (header, mut body) = Header::read(bytes)?;
-    let mut build = Build { mesh: Mesh::new(), ..Build::default() };
+    let header = PlyHeader::read(bytes)?;
+    let mut body = Body::new(bytes, &header);
+    let mut build = PlyBuild { mesh: Mesh::new(), ..PlyBuild::default() };
     for element in &header.elements {
         if element.properties.is_empty() {
             continue;
@@ -35,189 +40,8 @@ pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
     build.finish()
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Kind {
-    fn of(name: &str) -> Option<Self> {
-        Some(match name {
-            "char" | "int8" => Kind::I8,
-            "uchar" | "uint8" => Kind::U8,
-            "short" | "int16" => Kind::I16,
-            "ushort" | "uint16" => Kind::U16,
-            "int" | "int32" => Kind::I32,
-            "uint" | "uint32" => Kind::U32,
-            "float" | "float32" => Kind::F32,
-            "double" | "float64" => Kind::F64,
-            _ => return None,
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Kind::I8 | Kind::U8 => 1,
-            Kind::I16 | Kind::U16 => 2,
-            Kind::I32 | Kind::U32 | Kind::F32 => 4,
-            Kind::F64 => 8,
-        }
-    }
-}
-
-struct Property {
-    name: String,
-    kind: Kind,
-    /// Kind of the length, for a list.
-    list: Option<Kind>,
-}
-
-struct Element {
-    name: String,
-    count: usize,
-    properties: Vec<Property>,
-}
-
-struct Header {
-    elements: Vec<Element>,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Encoding {
-    Text,
-    Little,
-    Big,
-}
-
-impl Header {
-    /// The header, and a cursor on what follows.
-    fn read(bytes: &[u8]) -> Result<(Self, Body<'_>), FormatError> {
-        let mut elements: Vec<Element> = Vec::new();
-        let mut encoding = None;
-        let (mut at, mut line) = (0, 0);
-        loop {
-            let rest = bytes.get(at..).filter(|rest| !rest.is_empty());
-            let rest = rest.ok_or_else(|| FormatError::whole("no end_header; is this a PLY file?"))?;
-            let end = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
-            at += (end + if rest[end..].starts_with(b"\r\n") { 2 } else { 1 }).min(rest.len());
-            line += 1;
-            let text = String::from_utf8_lossy(&rest[..end]);
-            let words: Vec<&str> = text.split_whitespace().collect();
-            let wrong = |problem: &str| FormatError { line, problem: format!("{problem}: '{}'", text.trim()) };
-            match words[..] {
-                _ if line == 1 => {
-                    if words != ["ply"] {
-                        return Err(FormatError::whole("does not begin with 'ply'; is this a PLY file?"));
-                    }
-                }
-                ["format", name, _] => {
-                    encoding = Some(match name {
-                        "ascii" => Encoding::Text,
-                        "binary_little_endian" => Encoding::Little,
-                        "binary_big_endian" => Encoding::Big,
-                        _ => return Err(wrong("unknown format")),
-                    });
-                }
-                ["element", name, count] => {
-                    let count = count.parse().map_err(|_| wrong("not a count"))?;
-                    elements.push(Element { name: name.to_string(), count, properties: Vec::new() });
-                }
-                ["property", ref rest @ ..] => {
-                    let kind = |name| Kind::of(name).ok_or_else(|| wrong("unknown type"));
-                    let property = match *rest {
-                        ["list", length, item, name] => {
-                            Property { name: name.to_string(), kind: kind(item)?, list: Some(kind(length)?) }
-                        }
-                        [item, name] => Property { name: name.to_string(), kind: kind(item)?, list: None },
-                        _ => return Err(wrong("not a property")),
-                    };
-                    elements
-                        .last_mut()
-                        .ok_or_else(|| wrong("a property before any element"))?
-                        .properties
-                        .push(property);
-                }
-                ["end_header"] => break,
-                [] | ["comment" | "obj_info", ..] => {}
-                _ => return Err(wrong("unknown header line")),
-            }
-        }
-        let encoding = encoding.ok_or_else(|| FormatError::whole("the header names no format; export it again"))?;
-        Ok((Header { elements }, Body { bytes, at, line: line + 1, encoding }))
-    }
-}
-
-/// Reads values one after another.
-struct Body<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    line: usize,
-    encoding: Encoding,
-}
-
-/// Why there is no value.
-enum Short {
-    End,
-    Word(usize, String),
-}
-
-impl Body<'_> {
-    fn property(&mut self, property: &Property, into: &mut Vec<f64>) -> Result<(), Short> {
-        into.clear();
-        let count = property.list.map_or(Ok(1.0), |kind| self.number(kind))?;
-        for _ in 0..count.max(0.0) as u64 {
-            into.push(self.number(property.kind)?);
-        }
-        Ok(())
-    }
-
-    fn number(&mut self, kind: Kind) -> Result<f64, Short> {
-        if self.encoding == Encoding::Text {
-            return self.word();
-        }
-        let bytes = self.bytes.get(self.at..self.at + kind.size()).ok_or(Short::End)?;
-        self.at += kind.size();
-        let mut all = [0; 8]; // little endian, zero-extended
-        all[..bytes.len()].copy_from_slice(bytes);
-        if self.encoding == Encoding::Big {
-            all[..bytes.len()].reverse();
-        }
-        let bits = u64::from_le_bytes(all);
-        Ok(match kind {
-            Kind::I8 => f64::from(bits as i8),
-            Kind::I16 => f64::from(bits as i16),
-            Kind::I32 => f64::from(bits as i32),
-            Kind::U8 | Kind::U16 | Kind::U32 => f64::from(bits as u32),
-            Kind::F32 => f64::from(f32::from_bits(bits as u32)),
-            Kind::F64 => f64::from_bits(bits),
-        })
-    }
-
-    fn word(&mut self) -> Result<f64, Short> {
-        while let Some(b) = self.bytes.get(self.at).filter(|b| b.is_ascii_whitespace()) {
-            self.line += usize::from(*b == b'\n');
-            self.at += 1;
-        }
-        let rest = &self.bytes[self.at.min(self.bytes.len())..];
-        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
-        self.at += end;
-        match core::str::from_utf8(&rest[..end]).ok().and_then(|word| word.parse().ok()) {
-            Some(value) => Ok(value),
-            None if end == 0 => Err(Short::End),
-            None => Err(Short::Word(self.line, String::from_utf8_lossy(&rest[..end.min(40)]).into_owned())),
-        }
-    }
-}
-
 #[derive(Default)]
-struct Build {
+struct PlyBuild {
     mesh: Mesh,
     vertex_uv: Vec<DVec2>,
     corner_uv: Vec<DVec2>,
@@ -226,7 +50,7 @@ struct Build {
     face_marks: Vec<Mark>,   // (p) or fewer
 }
 
-impl Build {
+impl PlyBuild {
     fn element(&mut self, element: &Element, values: &[Vec<f64>]) -> Result<(), FormatError> {
         let find = |names: &[&str]| {
             let at = element.properties.iter().position(|p| names.contains(&p.name.as_str()));
@@ -332,8 +156,8 @@ fn colour(element: &Element, values: &[Vec<f64>]) -> Option<Mark> {
     let channel = |names: [&str; 2]| {
         let at = element.properties.iter().position(|p| names.contains(&p.name.as_str()))?;
         let largest = match element.properties[at].kind {
-            Kind::F32 | Kind::F64 => 1.0,
-            Kind::U16 | Kind::I16 => 65535.0,
+            ScalarType::F32 | ScalarType::F64 => 1.0,
+            ScalarType::U16 | ScalarType::I16 => 65535.0,
             _ => 255.0,
         };
         values[at].first().map(|c| c / largest)
