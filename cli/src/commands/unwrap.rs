@@ -2,10 +2,13 @@
 
 use crate::args::line::{LearningArgs, Method, PartsArg, RunArgs, UnwrapArgs};
 use crate::base::failure::Failure;
-use crate::figures::measure::{Exposure, Polygons, Record, Weighting, measure};
+use crate::figures::measure::measure;
+use crate::figures::record::AtlasRecord;
+use crate::figures::sampled::{SampledExposure, Weighting};
 use crate::files::drafts::{self, Drafts, same_file};
 use crate::formats::labels;
 use crate::formats::loaded::{Loaded, load};
+use crate::mesh::view::PolygonView;
 use crate::picture::{curves, drawing::Drawing};
 use crate::report::document::{InputReport, LearningReport, Report, ResultReport, SettingsReport, StageReport};
 use crate::run::atlas::{self, Atlas};
@@ -202,15 +205,15 @@ impl Job {
     }
 
     /// What `seamwright measure` would say of the output, but over the exposure that the run worked with.
-    fn metrics(&self, loaded: &Loaded, atlas: &Atlas) -> Result<Record, Failure> {
+    fn metrics(&self, loaded: &Loaded, atlas: &Atlas) -> Result<AtlasRecord, Failure> {
         let mesh = loaded.mesh();
-        let polygons = Polygons {
+        let polygons = PolygonView {
             positions: &mesh.positions,
             corners: &mesh.corners,
             polygon_start: &mesh.polygon_start,
             corner_uv: Some(&atlas.corner_uv),
         };
-        let exposure = Exposure { values: &atlas.exposure, weighting: Weighting::Cosine };
+        let exposure = SampledExposure { values: &atlas.exposure, weighting: Weighting::Cosine };
         let name = self.output.display().to_string();
         measure(&name, polygons, Some(exposure), RESOLUTION)
             .map_err(|e| Failure::Unreached(format!("--json: {name} cannot be measured: {e}")))

@@ -3,16 +3,17 @@
 //! Faces are the file's polygons; cuts are looked at on the fans of their triangles. Several references are averaged, as the
 //! segmentation benchmark does with its humans: each figure over the references that have it.
 
-use crate::figures::measure::number;
+use super::cells::{align, number};
 use crate::formats::labels::of_faces::Labels;
+use crate::mesh::fans::fans;
 use crate::mesh::polygons::Mesh;
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{Table, presets};
 use glam::DVec2;
 use seamwright_core::base::real;
 use seamwright_core::base::scratch::{Scratch, ScratchTooSmall};
 use seamwright_core::judge::agreement::{agreement, agreement_need};
 use seamwright_core::judge::cut_discrepancy::{Surface, cut_discrepancy, cut_discrepancy_need};
-use seamwright_core::judge::input::{UvMesh, fan};
+use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::wedges::{uv_topology, uv_topology_need};
 use seamwright_core::mesh::view::NONE;
 use serde::Serialize;
@@ -25,7 +26,7 @@ pub struct AgreementRecord {
     /// Its charts or labels.
     pub labels: usize,
     /// Means over the references.
-    pub mean: Figures,
+    pub mean: AgreementFigures,
     /// Against each reference.
     pub references: Vec<ReferenceRecord>,
 }
@@ -43,13 +44,13 @@ pub struct ReferenceRecord {
     pub left_out: usize,
     /// How they compare.
     #[serde(flatten)]
-    pub figures: Figures,
+    pub figures: AgreementFigures,
 }
 
 /// The figures; docs/FORMATS.md and core say what each is. Not finite: null.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the keys are explained in docs/FORMATS.md and in core's `Agreement`")]
-pub struct Figures {
+pub struct AgreementFigures {
     pub hamming: f64,
     pub hamming_aw: f64,
     pub hamming_directional_aw: f64,
@@ -62,7 +63,7 @@ pub struct Figures {
 }
 
 /// Picks one of the figures.
-type Pick = fn(&Figures) -> f64;
+type Pick = fn(&AgreementFigures) -> f64;
 
 /// Heads of the table and their figures.
 const COLUMNS: &[(&str, Pick)] = &[
@@ -82,7 +83,8 @@ pub fn compare(
     references: &[(String, Labels)],
     mesh: &Mesh,
 ) -> Result<AgreementRecord, ScratchTooSmall> {
-    let triangles: Vec<(usize, [u32; 3])> = fans(mesh).map(|(p, t)| (p, t.map(|c| mesh.corners[c as usize]))).collect();
+    let triangles: Vec<(usize, [u32; 3])> =
+        fans(&mesh.polygon_start).map(|(p, t)| (p, t.map(|c| mesh.corners[c as usize]))).collect();
     let mut area = vec![0.0; mesh.polygon_count()];
     for (p, t) in &triangles {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
@@ -99,7 +101,7 @@ pub fn compare(
         let surface = Surface { positions: &mesh.positions, triangles: &faces };
         let theirs = of_triangles(&reference.label);
         let cuts = cut_discrepancy(surface, &ours, &theirs, Scratch::new(&mut bytes))?;
-        let figures = Figures {
+        let figures = AgreementFigures {
             hamming: a.hamming,
             hamming_aw: a.hamming_aw,
             hamming_directional_aw: a.directional_hamming_aw(),
@@ -127,13 +129,14 @@ pub fn compare(
 
 /// Chart of each polygon of a UV-mapped mesh, as `measure` counts charts; [`NONE`] without UV.
 pub fn charts(mesh: &Mesh, corner_uv: &[DVec2]) -> Result<Vec<u32>, ScratchTooSmall> {
-    let triangles: Vec<[u32; 3]> = fans(mesh).map(|(_, t)| t.map(|c| mesh.corners[c as usize])).collect();
-    let uv: Vec<[DVec2; 3]> = fans(mesh).map(|(_, t)| t.map(|c| corner_uv[c as usize])).collect();
+    let triangles: Vec<[u32; 3]> =
+        fans(&mesh.polygon_start).map(|(_, t)| t.map(|c| mesh.corners[c as usize])).collect();
+    let uv: Vec<[DVec2; 3]> = fans(&mesh.polygon_start).map(|(_, t)| t.map(|c| corner_uv[c as usize])).collect();
     let mut bytes = vec![0; uv_topology_need(mesh.positions.len(), triangles.len())];
     let view = UvMesh { positions: &mesh.positions, triangles: &triangles, corner_uv: &uv };
     let topology = uv_topology(view, &mut Scratch::new(&mut bytes))?;
     let mut chart = vec![NONE; mesh.polygon_count()];
-    for ((p, _), k) in fans(mesh).zip(topology.chart) {
+    for ((p, _), k) in fans(&mesh.polygon_start).zip(topology.chart) {
         if chart[p] == NONE {
             chart[p] = *k;
         }
@@ -141,17 +144,12 @@ pub fn charts(mesh: &Mesh, corner_uv: &[DVec2]) -> Result<Vec<u32>, ScratchTooSm
     Ok(chart)
 }
 
-fn fans(mesh: &Mesh) -> impl Iterator<Item = (usize, [u32; 3])> + '_ {
-    let ends = mesh.polygon_start.windows(2).enumerate();
-    ends.flat_map(|(p, ends)| fan(ends[0], ends[1]).map(move |t| (p, t)))
-}
-
-fn mean(references: &[ReferenceRecord]) -> Figures {
+fn mean(references: &[ReferenceRecord]) -> AgreementFigures {
     let of = |figure: Pick| {
         let values: Vec<f64> = references.iter().map(|r| figure(&r.figures)).filter(|x| !x.is_nan()).collect();
         values.iter().sum::<f64>() / values.len() as f64
     };
-    Figures {
+    AgreementFigures {
         hamming: of(|f| f.hamming),
         hamming_aw: of(|f| f.hamming_aw),
         hamming_directional_aw: of(|f| f.hamming_directional_aw),
@@ -170,7 +168,7 @@ pub fn table(record: &AgreementRecord) -> String {
     table.load_style(presets::NOTHING);
     let head = [format!("{} ({}) against", record.compared, record.labels), "labels".into()];
     table.set_header(head.into_iter().chain(COLUMNS.iter().map(|c| c.0.to_string())));
-    let row = |name: &str, labels: String, figures: &Figures| {
+    let row = |name: &str, labels: String, figures: &AgreementFigures| {
         let figures: Vec<String> = COLUMNS.iter().map(|(_, of)| number(of(figures), 3)).collect();
         [vec![name.to_string(), labels], figures].concat()
     };
@@ -179,13 +177,7 @@ pub fn table(record: &AgreementRecord) -> String {
         let labels = record.references.iter().map(|r| r.labels as f64).sum::<f64>() / record.references.len() as f64;
         table.add_row(row("mean", number(labels, 1), &record.mean));
     }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    for column in table.column_iter_mut() {
-        column.set_padding((0, 2));
-    }
-    table.trim_fmt()
+    align(table)
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@
 //! the mesh is centred and its largest coordinate is 1. These are libigl's conventions, so that figures over exposure
 //! compare with those of evaluators that are built on it. `unwrap` has its own exposure, of the repaired mesh.
 
-use crate::figures::measure::{Triangles, Weighting};
+use super::sampled::Weighting;
+use crate::mesh::fans::fans;
 use crate::mesh::polygons::Mesh;
 use crate::run::hierarchy::ObvhsBuilder;
 use glam::{DVec3, Vec3};
@@ -15,7 +16,6 @@ use seamwright_core::mesh::view::MeshView;
 use seamwright_core::mesh::weld::{weld, weld_need};
 use seamwright_core::rays::bvh::BvhError;
 use seamwright_core::rays::cast::Scene;
-use seamwright_core::rays::directions::Spread;
 use seamwright_core::rays::exposure::{ExposureSettings, exposure, exposure_need};
 use std::ops::ControlFlow;
 
@@ -31,15 +31,6 @@ pub enum ExposureError {
     Tree(BvhError),
 }
 
-impl Weighting {
-    fn spread(self) -> Spread {
-        match self {
-            Weighting::Uniform => Spread::Uniform,
-            Weighting::Cosine => Spread::Cosine,
-        }
-    }
-}
-
 /// Exposure of each vertex of `mesh`, 1 open; `report` hears of points done and of all, and can stop the run. Equal for
 /// vertices at one place. Takes about 250 bytes a triangle.
 pub fn vertex_exposure(
@@ -51,7 +42,7 @@ pub fn vertex_exposure(
 ) -> Result<Vec<f32>, ExposureError> {
     let (place, points) = points(&mesh.positions)?;
     let corners: Vec<u32> = mesh.corners.iter().map(|v| place[*v as usize]).collect();
-    let faces = Triangles::of_corners(&corners, &mesh.polygon_start);
+    let faces: Vec<[u32; 3]> = fans(&mesh.polygon_start).map(|(_, t)| t.map(|c| corners[c as usize])).collect();
     let mut normals = vec![DVec3::ZERO; points.len()];
     vertex_normals(&mut normals, MeshView { positions: &points, faces: &faces }, NormalWeight::Area);
     let points: Vec<Vec3> = points.iter().map(|p| p.as_vec3()).collect();

@@ -2,7 +2,6 @@
 //!
 //! Diameter runs from thin (dark) to thick (light) on a logarithmic scale. The same input gives the same bytes.
 
-use super::drawing::fans;
 use super::image::Image;
 use super::seams::Lines;
 use super::sheet::{CAPTION, GAP, HEADER, cameras, pixel_width};
@@ -10,6 +9,7 @@ use super::surface::{PictureMesh, Surface};
 use super::view::{self, Look};
 use super::{font, view::Camera};
 use crate::base::colour::{INK, PAPER};
+use crate::mesh::fans::fans;
 use crate::mesh::polygons::Mesh;
 use seamwright_core::base::real::ln;
 use seamwright_core::base::scratch::Scratch;
@@ -36,8 +36,9 @@ impl PartsDrawing<'_> {
     /// Draws it as PNG. The same bytes with any workers.
     pub fn png(self, workers: &dyn Workers) -> Vec<u8> {
         let mesh = self.mesh;
-        let triangles: Vec<[u32; 3]> = fans(mesh).map(|(_, t)| t.map(|c| mesh.corners[c as usize])).collect();
-        let part: Vec<u32> = fans(mesh).map(|(p, _)| self.part[p]).collect();
+        let triangles: Vec<[u32; 3]> =
+            fans(&mesh.polygon_start).map(|(_, t)| t.map(|c| mesh.corners[c as usize])).collect();
+        let part: Vec<u32> = fans(&mesh.polygon_start).map(|(p, _)| self.part[p]).collect();
         let thickness = self.thickness();
         let picture = |values: &[f32]| {
             let positions = &mesh.positions;

@@ -3,7 +3,7 @@
 //! Times differ from run to run; everything else is the same for the same input, settings and seed.
 
 use crate::args::line::Method;
-use crate::figures::measure::Record;
+use crate::figures::record::AtlasRecord;
 use crate::formats::loaded::Loaded;
 use crate::run::atlas::Atlas;
 use crate::run::parts::PartReport;
@@ -36,7 +36,7 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learning: Option<LearningReport>,
     /// The figures of `seamwright measure`, over the run's own exposure.
-    pub metrics: Option<Record>,
+    pub metrics: Option<AtlasRecord>,
     /// Time of each stage.
     pub stages: Vec<StageReport>,
     /// Time from start to the written atlas.

@@ -6,10 +6,11 @@ use glam::{DVec2, DVec3};
 use libfuzzer_sys::fuzz_target;
 use seamwright::args::line::LearningArgs;
 use seamwright::base::failure::Failure;
-use seamwright::figures::measure::{Polygons, measure};
+use seamwright::figures::measure::measure;
 use seamwright::formats::labels;
 use seamwright::formats::loaded::{Loaded, load, load_obj};
 use seamwright::mesh::polygons::Mesh;
+use seamwright::mesh::view::PolygonView;
 use seamwright::training::map_file;
 use seamwright::training::trainer::Trainer;
 use seamwright_fuzz::ENDINGS;
@@ -68,7 +69,7 @@ fn read(path: &Path) {
     assert_eq!(again.mesh().corner_uv.as_deref(), Some(&uv[..]), "other UVs");
     if let Some(corner_uv) = mesh.corner_uv.as_deref() {
         let Mesh { positions, corners, polygon_start, .. } = mesh;
-        let polygons = Polygons { positions, corners, polygon_start, corner_uv: Some(corner_uv) };
+        let polygons = PolygonView { positions, corners, polygon_start, corner_uv: Some(corner_uv) };
         measure("a", polygons, None, 16).expect("a mesh that was read can be measured");
     }
 }
