@@ -46,8 +46,8 @@ pub struct UnwrapArgs {
     #[arg(short, long, value_name = "OUT.obj")]
     pub output: PathBuf,
     /// What makes the map
-    #[arg(long, value_enum, default_value_t = Method::Exact)]
-    pub method: Method,
+    #[arg(long, value_enum, default_value_t = MethodArg::Exact)]
+    pub method: MethodArg,
     /// How the atlas is made.
     #[command(flatten)]
     pub settings: SettingsArgs,
@@ -84,11 +84,11 @@ pub struct SettingsArgs {
     #[arg(long, value_name = "BOUND", default_value_t = pipeline::Settings::default().distortion, value_parser = distortion)]
     pub distortion: f64,
     /// Charts of each connected piece
-    #[arg(long, value_enum, default_value_t = Charts::Few)]
-    pub charts: Charts,
+    #[arg(long, value_enum, default_value_t = ChartsArg::Few)]
+    pub charts: ChartsArg,
     /// How charts are placed
-    #[arg(long, value_enum, default_value_t = Packing::Tight)]
-    pub packing: Packing,
+    #[arg(long, value_enum, default_value_t = PackingArg::Tight)]
+    pub packing: PackingArg,
     /// Side of the texture in texels
     #[arg(long, value_name = "TEXELS", default_value_t = pipeline::Settings::default().size, value_parser = clap::value_parser!(u32).range(16..=65536))]
     pub size: u32,
@@ -248,7 +248,7 @@ pub struct DemoArgs {
 
 /// What makes the map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Method {
+pub enum MethodArg {
     /// Cuts by exposure and distortion, then flattening; no training
     Exact,
     /// A network's own map of each piece, cut where it tears; charts may overlap, which is reported
@@ -259,7 +259,7 @@ pub enum Method {
 
 /// Charts of each connected piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Charts {
+pub enum ChartsArg {
     /// As many as hide the seams best
     Few,
     /// One, where the bound and a flat layout without overlap allow it
@@ -279,20 +279,20 @@ pub enum Sky {
 
 /// How charts are placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Packing {
+pub enum PackingArg {
     /// Equal texel density, rotated, into one another's gaps
     Tight,
     /// One cell of a square grid a chart
     Grid,
 }
 
-impl Method {
+impl MethodArg {
     /// As on the command line.
     pub fn name(self) -> &'static str {
         match self {
-            Method::Exact => "exact",
-            Method::Neural => "neural",
-            Method::Hybrid => "hybrid",
+            MethodArg::Exact => "exact",
+            MethodArg::Neural => "neural",
+            MethodArg::Hybrid => "hybrid",
         }
     }
 }
@@ -303,12 +303,12 @@ impl SettingsArgs {
         pipeline::Settings {
             distortion: self.distortion,
             charts: match self.charts {
-                Charts::Few => pipeline::Charts::Few,
-                Charts::One => pipeline::Charts::One,
+                ChartsArg::Few => pipeline::Charts::Few,
+                ChartsArg::One => pipeline::Charts::One,
             },
             packing: match self.packing {
-                Packing::Tight => pipeline::Packing::Tight,
-                Packing::Grid => pipeline::Packing::Grid,
+                PackingArg::Tight => pipeline::Packing::Tight,
+                PackingArg::Grid => pipeline::Packing::Grid,
             },
             size: self.size,
             padding: self.padding,

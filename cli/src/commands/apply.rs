@@ -1,7 +1,7 @@
 //! `seamwright apply`: saved maps on a mesh, without training.
 
 use super::unwrap::{Job, PartsSource};
-use crate::args::line::{ApplyArgs, Method, PartsArg};
+use crate::args::line::{ApplyArgs, MethodArg, PartsArg};
 use crate::base::failure::Failure;
 use crate::formats::loaded::load;
 use crate::training::map_file;
@@ -14,7 +14,7 @@ pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
         json: args.json.clone(),
         save_map: None,
         curves: None,
-        method: Method::Neural,
+        method: MethodArg::Neural,
         learning: Some(map_file::read(&args.map)?),
         settings: args.settings.to_core(),
         parts: PartsSource::Shape(PartsArg::Off),

@@ -1,7 +1,7 @@
 //! `seamwright demo`: the main job on a built-in mesh, so that one command shows what the program does.
 
 use super::unwrap::{Job, PartsSource};
-use crate::args::line::{DemoArgs, Method, PartsArg};
+use crate::args::line::{DemoArgs, MethodArg, PartsArg};
 use crate::base::failure::Failure;
 use crate::formats::loaded::load_obj;
 use seamwright_core::pipeline::Settings;
@@ -22,7 +22,7 @@ pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
         json: Some(folder.join(name).with_extension("json")),
         save_map: None,
         curves: None,
-        method: Method::Exact,
+        method: MethodArg::Exact,
         learning: None,
         settings: Settings::default(),
         parts: PartsSource::Shape(PartsArg::Off),

@@ -7,7 +7,8 @@ use crate::formats::labels::{kind::LabelKind, write::write};
 use crate::formats::loaded::load;
 use crate::picture::parts::PartsDrawing;
 use crate::run::parts::find;
-use crate::run::progress::{Reporter, Show, stop_requested};
+use crate::run::progress::{Reporter, Show};
+use crate::run::stop::stop_requested;
 use crate::run::threads::Pool;
 
 /// Runs `seamwright segment`.

@@ -1,6 +1,6 @@
 //! `seamwright unwrap`: a mesh in, the same mesh with an atlas out.
 
-use crate::args::line::{LearningArgs, Method, PartsArg, RunArgs, UnwrapArgs};
+use crate::args::line::{LearningArgs, MethodArg, PartsArg, RunArgs, UnwrapArgs};
 use crate::base::failure::Failure;
 use crate::figures::measure::measure;
 use crate::figures::record::AtlasRecord;
@@ -10,10 +10,15 @@ use crate::formats::labels;
 use crate::formats::loaded::{Loaded, load};
 use crate::mesh::view::PolygonView;
 use crate::picture::{curves, drawing::Drawing};
-use crate::report::document::{InputReport, LearningReport, Report, ResultReport, SettingsReport, StageReport};
+use crate::report::asked::{InputReport, SettingsReport};
+use crate::report::document::{RunReport, StageReport};
+use crate::report::learning::LearningReport;
+use crate::report::parts::{groups, tree};
+use crate::report::result::ResultReport;
 use crate::run::atlas::{self, Atlas};
-use crate::run::parts::{self, Parts};
-use crate::run::progress::{Reporter, Show, stop_requested};
+use crate::run::parts::{self, MeshParts};
+use crate::run::progress::{Reporter, Show};
+use crate::run::stop::stop_requested;
 use crate::run::threads::Pool;
 use crate::training::map_file;
 use crate::training::trainer::Trainer;
@@ -40,7 +45,7 @@ pub struct Job {
     /// The picture of the losses to write.
     pub curves: Option<PathBuf>,
     /// What makes the map.
-    pub method: Method,
+    pub method: MethodArg,
     /// How maps are trained, where they are.
     pub learning: Option<Trainer>,
     /// How the atlas is made.
@@ -86,7 +91,7 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
 
 /// Settings of training; flags that only training knows are refused without it.
 fn trainer(args: &UnwrapArgs) -> Result<Option<Trainer>, Failure> {
-    if args.method != Method::Exact {
+    if args.method != MethodArg::Exact {
         return Trainer::new(&args.learning, args.settings.seed).map(Some);
     }
     let LearningArgs { preset, file, steps, visibility, save_map, curves } = &args.learning;
@@ -148,7 +153,7 @@ impl Job {
         warnings.extend(missed.clone());
 
         let mut drafts = Drafts::new();
-        let groups = self.groups.then(|| parts::groups(parts.as_ref(), &atlas));
+        let groups = self.groups.then(|| groups(parts.as_ref(), &atlas));
         drafts.add("-o", &self.output, |out| loaded.write_obj(out, &atlas.corner_uv, groups.as_ref()))?;
         if let Some(path) = &self.sheet {
             let picture = draw(&loaded, &atlas, &pool);
@@ -162,7 +167,7 @@ impl Job {
             drafts.add("--curves", path, |out| out.write_all(&picture))?;
         }
         let seconds = start.elapsed().as_secs_f64();
-        let report = Report {
+        let report = RunReport {
             version: env!("CARGO_PKG_VERSION"),
             input: InputReport::new(&loaded),
             output: self.output.display().to_string(),
@@ -171,7 +176,7 @@ impl Job {
                 ..SettingsReport::new(self.method, &self.settings, self.keep_seams, pool.count())
             },
             result,
-            parts: parts.as_ref().map(|parts| parts::tree(parts, &atlas)),
+            parts: parts.as_ref().map(|parts| tree(parts, &atlas)),
             learning: trainer.as_ref().map(LearningReport::new),
             metrics: self.json.as_ref().map(|_| self.metrics(&loaded, &atlas)).transpose()?,
             stages,
@@ -191,7 +196,7 @@ impl Job {
     }
 
     /// The parts that were asked for.
-    fn find_parts(&self, loaded: &Loaded, pool: &Pool, reporter: &mut Reporter) -> Result<Option<Parts>, Failure> {
+    fn find_parts(&self, loaded: &Loaded, pool: &Pool, reporter: &mut Reporter) -> Result<Option<MeshParts>, Failure> {
         match &self.parts {
             PartsSource::Shape(arg) => {
                 let settings = arg.to_core(self.settings.seed);
@@ -220,7 +225,7 @@ impl Job {
     }
 
     /// Puts the outputs in place, the report last.
-    fn publish(&self, mut drafts: Drafts, report: &Report) -> Result<(), Failure> {
+    fn publish(&self, mut drafts: Drafts, report: &RunReport) -> Result<(), Failure> {
         match &self.json {
             Some(path) if !is_stdout(path) => drafts.add("--json", path, |out| report.write(out))?,
             _ => {}
@@ -239,7 +244,7 @@ impl Job {
 
     /// What to say where the atlas is not what was asked for. It is written all the same.
     fn missed(&self, atlas: &Atlas) -> Option<String> {
-        if self.method == Method::Neural {
+        if self.method == MethodArg::Neural {
             // A learned map has no bound; it promises nothing but is asked for an atlas that can be painted on.
             let bad = atlas.report.overlapping + atlas.report.flipped;
             return (bad > 0).then(|| {

@@ -1,20 +1,20 @@
-//! Core's pipeline with the memory, threads and library that a desktop has.
-//!
-//! Core says beforehand how much memory it wants, an estimate from above for meshes as they occur. Where a mesh needs
-//! more, the run starts again with twice as much, until that does not help or the machine has no more to give.
+//! An atlas of a loaded mesh, by core's pipeline.
 
-use crate::args;
+use super::errors::refusal;
+use super::hierarchy::ObvhsBuilder;
+use super::memory::with_enough;
+use super::progress::Reporter;
+use super::stop::stop_requested;
+use crate::args::line::MethodArg;
 use crate::base::failure::Failure;
 use crate::formats::loaded::Loaded;
 use crate::mesh::polygons::Mesh;
-use crate::run::hierarchy::ObvhsBuilder;
-use crate::run::progress::{Reporter, stop_requested};
 use crate::training::trainer::Trainer;
 use glam::DVec2;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
 use seamwright_core::pipeline::learned::{MOST, learned_need};
-use seamwright_core::pipeline::{Input, Method, Output, Report, Settings, UnwrapError, unwrap_by, unwrap_need};
+use seamwright_core::pipeline::{Input, Method, Output, Report, Settings, unwrap_by, unwrap_need};
 
 /// A UV atlas of a mesh.
 pub struct Atlas {
@@ -37,13 +37,14 @@ pub fn make(
     workers: &dyn Workers,
     progress: &mut Reporter,
 ) -> Result<Atlas, Failure> {
-    make_by(args::line::Method::Exact, None, loaded, parts, keep_seams, settings, workers, progress)
+    make_by(MethodArg::Exact, None, loaded, parts, keep_seams, settings, workers, progress)
 }
 
-/// Makes the atlas of `loaded`, with the borders of `parts` (one a polygon) as cuts where there are any. With `keep_seams` the borders of its own UVs stay cuts.
+/// Makes the atlas of `loaded`, with the borders of `parts` (one a polygon) as cuts where there are
+/// any. With `keep_seams` the borders of its own UVs stay cuts.
 #[allow(clippy::too_many_arguments)]
 pub fn make_by(
-    method: args::line::Method,
+    method: MethodArg,
     mut trainer: Option<&mut Trainer>,
     loaded: &Loaded,
     parts: Option<&[u32]>,
@@ -84,35 +85,16 @@ pub fn make_by(
         };
         let mut learning = trainer.learning();
         let by = match method {
-            args::line::Method::Exact => Method::Exact,
-            args::line::Method::Neural => Method::Neural(&mut learning),
-            args::line::Method::Hybrid => Method::Hybrid(&mut learning),
+            MethodArg::Exact => Method::Exact,
+            MethodArg::Neural => Method::Neural(&mut learning),
+            MethodArg::Hybrid => Method::Hybrid(&mut learning),
         };
         let report = unwrap_by(by, output, &input, settings, &ObvhsBuilder, Scratch::new(bytes), workers, progress);
         trainer.summary = learning.summary;
         report
     })?;
-    atlas.report = result.map_err(|e| failure(loaded, e))?;
+    atlas.report = result.map_err(|e| refusal(loaded, e))?;
     if stop_requested() { Err(Failure::Stopped) } else { Ok(atlas) }
-}
-
-/// Runs `work` with `need` bytes, and with twice as many as often as it asks for more. The error is that there are no
-/// more; what else `work` says is handed on, as is a request that more memory does not change.
-pub(crate) fn with_enough<T>(
-    mut need: usize,
-    mut work: impl FnMut(&mut [u8]) -> Result<T, UnwrapError>,
-) -> Result<Result<T, UnwrapError>, Failure> {
-    let mut last = None;
-    loop {
-        match work(&mut memory(need)?) {
-            Err(UnwrapError::Scratch(e)) if e.need > e.given && last != Some(e) => {
-                last = Some(e);
-                // The request is one slice of many, so it says the least that is missing, not all of it.
-                need = need.saturating_mul(2).max(need.saturating_add(e.need - e.given));
-            }
-            result => return Ok(result),
-        }
-    }
 }
 
 fn empty(mesh: &Mesh) -> Atlas {
@@ -121,54 +103,5 @@ fn empty(mesh: &Mesh) -> Atlas {
         polygon_chart: vec![0; mesh.polygon_count()],
         exposure: vec![0.0; mesh.positions.len()],
         report: Report::default(),
-    }
-}
-
-/// Zeroed bytes. Pages that are never touched cost nothing.
-fn memory(need: usize) -> Result<Box<[u8]>, Failure> {
-    bytemuck::allocation::try_zeroed_slice_box(need).map_err(|()| {
-        let gigabytes = need as f64 / f64::from(1u32 << 30);
-        Failure::Unreached(format!("{gigabytes:.1} GiB of memory are not to be had; free some or simplify the mesh"))
-    })
-}
-
-pub(crate) fn failure(loaded: &Loaded, error: UnwrapError) -> Failure {
-    match error {
-        UnwrapError::Cancelled => Failure::Stopped,
-        UnwrapError::Overlap { .. } => Failure::Unreached(format!(
-            "{}: {error}; nothing is written; please report the mesh",
-            loaded.path.display()
-        )),
-        UnwrapError::Scratch(e) => Failure::Unreached(format!("{}: {e}; please report this", loaded.path.display())),
-        other => Failure::Input(format!("{}: {other}; repair the mesh", loaded.path.display())),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use seamwright_core::base::scratch::ScratchTooSmall;
-
-    #[test]
-    fn memory_that_nobody_has_is_an_error() {
-        assert_eq!(memory(usize::MAX).map(|_| ()).map_err(|e| e.code()), Err(5));
-        assert!(memory(1000).is_ok_and(|m| m.iter().all(|b| *b == 0)));
-    }
-
-    #[test]
-    fn memory_grows_until_it_is_enough_or_does_not_help_or_there_is_none() {
-        fn short<T>(need: usize, given: usize) -> Result<T, UnwrapError> {
-            Err(UnwrapError::Scratch(ScratchTooSmall { need, given }))
-        }
-        let mut tries = vec![];
-        let done = with_enough(100, |bytes| {
-            tries.push(bytes.len());
-            if bytes.len() < 350 { short(40, bytes.len() / 10) } else { Ok(bytes.len()) }
-        });
-        assert_eq!((done, tries), (Ok(Ok(400)), vec![100, 200, 400]));
-        assert_eq!(with_enough(100, |b| if b.len() == 100 { short(950, 50) } else { Ok(b.len()) }), Ok(Ok(1000)));
-        assert_eq!(with_enough(100, |_| short::<()>(2, 1)), Ok(short(2, 1)));
-        assert_eq!(with_enough(100, |_| short::<()>(usize::MAX, 1)).map_err(|e| e.code()), Err(5));
-        assert_eq!(with_enough(1, |_| Err::<(), _>(UnwrapError::Cancelled)), Ok(Err(UnwrapError::Cancelled)));
     }
 }

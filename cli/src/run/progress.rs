@@ -1,31 +1,13 @@
-//! Progress for people: bars on a terminal, a line a stage elsewhere, nothing when quiet; and the wish to stop.
+//! Progress for people: bars on a terminal, a line a stage elsewhere, nothing when quiet.
 //!
 //! Everything goes to standard error, so that standard output holds data alone.
 
+use super::stop::{stop_requested, take_stop};
 use core::ops::ControlFlow;
-use core::sync::atomic::{AtomicBool, Ordering};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use seamwright_core::base::progress::{Progress, Stage};
 use std::io::{IsTerminal, Write, stderr};
 use std::time::{Duration, Instant};
-
-/// Set by Ctrl-C; asked at every report.
-static STOP: AtomicBool = AtomicBool::new(false);
-
-/// From now on Ctrl-C (and a termination signal) asks the run to stop; a second one ends the program at once.
-pub fn listen_for_stop() {
-    // Without a handler Ctrl-C ends the program in the usual way, which leaves no output either.
-    let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(crate::base::failure::Failure::Stopped.code()));
-        }
-    });
-}
-
-/// Whether the user asked to stop.
-pub fn stop_requested() -> bool {
-    STOP.load(Ordering::Relaxed)
-}
 
 /// How the run is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,7 +100,7 @@ impl Progress for Reporter {
         self.bar.set_length(total as u64);
         self.bar.set_position(done as u64);
         // Training ends early with what it has, and the run goes on: the wish is granted.
-        let stops = if stage == Stage::Learn { STOP.swap(false, Ordering::Relaxed) } else { stop_requested() };
+        let stops = if stage == Stage::Learn { take_stop() } else { stop_requested() };
         if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
