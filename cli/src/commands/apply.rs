@@ -1,7 +1,9 @@
 //! `seamwright apply`: saved maps on a mesh, without training.
 
 use super::unwrap::{Job, PartsSource};
-use crate::args::line::{ApplyArgs, MethodArg, PartsArg};
+use crate::args::apply::ApplyArgs;
+use crate::args::method::MethodArg;
+use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
 use crate::formats::loaded::load;
 use crate::training::map_file;

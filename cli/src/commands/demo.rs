@@ -1,7 +1,9 @@
 //! `seamwright demo`: the main job on a built-in mesh, so that one command shows what the program does.
 
 use super::unwrap::{Job, PartsSource};
-use crate::args::line::{DemoArgs, MethodArg, PartsArg};
+use crate::args::demo::DemoArgs;
+use crate::args::method::MethodArg;
+use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
 use crate::formats::loaded::load_obj;
 use seamwright_core::pipeline::Settings;

@@ -3,7 +3,7 @@
 //! With `--reference` it also says how far the file's charts, or labels, agree with other partitions of its faces.
 //! A file that cannot be measured is named and left out; the command then ends with that file's exit code.
 
-use crate::args::line::{MeasureArgs, Sky};
+use crate::args::measure::{MeasureArgs, Sky};
 use crate::base::failure::Failure;
 use crate::figures::agreement::{self, AgreementRecord};
 use crate::figures::exposure::{ExposureError, vertex_exposure};

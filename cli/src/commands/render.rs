@@ -1,6 +1,6 @@
 //! `seamwright render`: pictures of a UV-mapped mesh, whatever tool made it.
 
-use crate::args::line::RenderArgs;
+use crate::args::render::RenderArgs;
 use crate::base::failure::Failure;
 use crate::files::drafts::{self, Drafts};
 use crate::formats::loaded::load;

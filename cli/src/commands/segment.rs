@@ -1,6 +1,7 @@
 //! `seamwright segment`: a mesh in, a label for each of its faces out.
 
-use crate::args::line::{PartsArg, SegmentArgs};
+use crate::args::parts::PartsArg;
+use crate::args::segment::SegmentArgs;
 use crate::base::failure::Failure;
 use crate::files::drafts::{self, Drafts, same_file};
 use crate::formats::labels::{kind::LabelKind, write::write};

@@ -1,6 +1,10 @@
 //! `seamwright unwrap`: a mesh in, the same mesh with an atlas out.
 
-use crate::args::line::{LearningArgs, MethodArg, PartsArg, RunArgs, UnwrapArgs};
+use crate::args::learning::LearningArgs;
+use crate::args::method::MethodArg;
+use crate::args::parts::PartsArg;
+use crate::args::run::RunArgs;
+use crate::args::unwrap::UnwrapArgs;
 use crate::base::failure::Failure;
 use crate::figures::measure::measure;
 use crate::figures::record::AtlasRecord;

@@ -1,6 +1,6 @@
 //! What went in and what was asked, for the report.
 
-use crate::args::line::MethodArg;
+use crate::args::method::MethodArg;
 use crate::formats::loaded::Loaded;
 use seamwright_core::pipeline::{Charts, Packing, Settings};
 use serde::Serialize;

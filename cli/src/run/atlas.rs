@@ -5,7 +5,7 @@ use super::hierarchy::ObvhsBuilder;
 use super::memory::with_enough;
 use super::progress::Reporter;
 use super::stop::stop_requested;
-use crate::args::line::MethodArg;
+use crate::args::method::MethodArg;
 use crate::base::failure::Failure;
 use crate::formats::loaded::Loaded;
 use crate::mesh::polygons::Mesh;

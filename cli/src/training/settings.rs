@@ -4,7 +4,7 @@
 //! file and line.
 
 use super::trainer::{Trainer, WIDEST};
-use crate::args::line::LearningArgs;
+use crate::args::learning::LearningArgs;
 use crate::base::failure::Failure;
 use seamwright_core::learn::backbone::Widths;
 use seamwright_core::learn::losses::Loss;

@@ -4,7 +4,7 @@
 
 use glam::{DVec2, DVec3};
 use libfuzzer_sys::fuzz_target;
-use seamwright::args::line::LearningArgs;
+use seamwright::args::learning::LearningArgs;
 use seamwright::base::failure::Failure;
 use seamwright::figures::measure::measure;
 use seamwright::formats::labels;
