@@ -6,6 +6,7 @@
 //! - [`formats`], [`picture`]: files to meshes and back; pictures of meshes and atlases
 //! - [`run`]: core's pipeline with a desktop's memory, threads, ray hierarchy and progress
 //! - [`figures`], [`report`]: figures of any UV-mapped mesh; what a run tells scripts
+//! - [`jobs`]: a whole job, from the loaded mesh to the outputs in their places
 //! - [`commands`]: a file for each subcommand
 #![forbid(unsafe_code)]
 
@@ -15,6 +16,7 @@ pub mod commands;
 pub mod figures;
 pub mod files;
 pub mod formats;
+pub mod jobs;
 pub mod mesh;
 pub mod picture;
 pub mod report;

@@ -1,11 +1,11 @@
 //! `seamwright apply`: saved maps on a mesh, without training.
 
-use super::unwrap::{Job, PartsSource};
 use crate::args::apply::ApplyArgs;
 use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
 use crate::formats::loaded::load;
+use crate::jobs::unwrap::{Job, PartsSource};
 use crate::training::map_file;
 
 /// Runs `seamwright apply`.

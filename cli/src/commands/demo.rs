@@ -1,11 +1,11 @@
 //! `seamwright demo`: the main job on a built-in mesh, so that one command shows what the program does.
 
-use super::unwrap::{Job, PartsSource};
 use crate::args::demo::DemoArgs;
 use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
 use crate::formats::loaded::load_obj;
+use crate::jobs::unwrap::{Job, PartsSource};
 use seamwright_core::pipeline::Settings;
 use std::fs;
 use std::path::Path;

@@ -264,7 +264,7 @@ impl Job {
         })
     }
 
-    pub(super) fn check_settings(&self) -> Result<(), Failure> {
+    pub(crate) fn check_settings(&self) -> Result<(), Failure> {
         let Settings { size, padding, .. } = self.settings;
         if padding.saturating_mul(4) > size {
             return Err(Failure::Usage(format!(
@@ -275,7 +275,7 @@ impl Job {
     }
 
     /// No output may fall on another, nor the picture or the report on the input.
-    pub(super) fn check_paths(&self, input: &Path) -> Result<(), Failure> {
+    pub(crate) fn check_paths(&self, input: &Path) -> Result<(), Failure> {
         let named = |path: &Path, ending: &str| {
             let special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
             special || path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))

@@ -1,0 +1,3 @@
+//! A whole job: from the loaded mesh to the outputs in their places.
+
+pub mod unwrap;
