@@ -5,7 +5,7 @@ use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
 use crate::formats::loaded::load_obj;
-use crate::jobs::unwrap::{Job, PartsSource};
+use crate::jobs::job::{Job, PartsSource};
 use seamwright_core::pipeline::Settings;
 use std::fs;
 use std::path::Path;

@@ -5,10 +5,10 @@ mod demo;
 mod measure;
 mod render;
 mod segment;
+mod unwrap;
 
 use crate::args::line::Command;
 use crate::base::failure::Failure;
-use crate::jobs::unwrap;
 
 /// Runs `command`.
 pub fn run(command: &Command) -> Result<(), Failure> {

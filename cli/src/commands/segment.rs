@@ -3,7 +3,8 @@
 use crate::args::parts::PartsArg;
 use crate::args::segment::SegmentArgs;
 use crate::base::failure::Failure;
-use crate::files::drafts::{self, Drafts, same_file};
+use crate::files::drafts::{self, Drafts};
+use crate::files::paths::same_file;
 use crate::formats::labels::{kind::LabelKind, write::write};
 use crate::formats::loaded::load;
 use crate::picture::parts::PartsDrawing;

@@ -1,17 +1,15 @@
-//! `seamwright unwrap`: a mesh in, the same mesh with an atlas out.
+//! Does a job: loads, unwraps, writes, reports.
 
-use crate::args::learning::LearningArgs;
+use super::job::{Job, PartsSource};
 use crate::args::method::MethodArg;
-use crate::args::parts::PartsArg;
-use crate::args::run::RunArgs;
-use crate::args::unwrap::UnwrapArgs;
 use crate::base::failure::Failure;
 use crate::figures::measure::measure;
 use crate::figures::record::AtlasRecord;
 use crate::figures::sampled::{SampledExposure, Weighting};
-use crate::files::drafts::{self, Drafts, same_file};
+use crate::files::drafts::Drafts;
+use crate::files::paths::is_stdout;
 use crate::formats::labels;
-use crate::formats::loaded::{Loaded, load};
+use crate::formats::loaded::Loaded;
 use crate::mesh::view::PolygonView;
 use crate::picture::{curves, drawing::Drawing};
 use crate::report::asked::{InputReport, SettingsReport};
@@ -25,95 +23,12 @@ use crate::run::progress::{Reporter, Show};
 use crate::run::stop::stop_requested;
 use crate::run::threads::Pool;
 use crate::training::map_file;
-use crate::training::trainer::Trainer;
 use seamwright_core::judge::measure::RESOLUTION;
-use seamwright_core::pipeline::Settings;
-use std::fs;
 use std::io::stdout;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// How far over the bound still counts as reached: UVs on a grid of 2^-24 move the mean by about 1e-7.
 const BOUND_SLACK: f64 = 1e-6;
-
-/// Everything that a run needs but the mesh.
-pub struct Job {
-    /// The OBJ to write.
-    pub output: PathBuf,
-    /// The picture to write.
-    pub sheet: Option<PathBuf>,
-    /// The report to write; `-` is standard output.
-    pub json: Option<PathBuf>,
-    /// The file of trained maps to write.
-    pub save_map: Option<PathBuf>,
-    /// The picture of the losses to write.
-    pub curves: Option<PathBuf>,
-    /// What makes the map.
-    pub method: MethodArg,
-    /// How maps are trained, where they are.
-    pub learning: Option<Trainer>,
-    /// How the atlas is made.
-    pub settings: Settings,
-    /// Where parts come from.
-    pub parts: PartsSource,
-    /// Whether the OBJ has a group for each chart.
-    pub groups: bool,
-    /// Whether the borders of the UVs that are there stay cuts.
-    pub keep_seams: bool,
-    /// How it runs.
-    pub run: RunArgs,
-}
-
-/// Where parts come from.
-pub enum PartsSource {
-    /// The shape, or nowhere.
-    Shape(PartsArg),
-    /// A file of labels.
-    File(PathBuf),
-}
-
-/// Runs `seamwright unwrap`.
-pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
-    let job = Job {
-        output: args.output.clone(),
-        sheet: args.sheet.clone(),
-        json: args.json.clone(),
-        save_map: args.learning.save_map.clone(),
-        curves: args.learning.curves.clone(),
-        method: args.method,
-        learning: trainer(args)?,
-        settings: args.settings.to_core(),
-        parts: args.labels.clone().map_or(PartsSource::Shape(args.parts), PartsSource::File),
-        groups: args.groups,
-        keep_seams: args.keep_seams,
-        run: args.run,
-    };
-    job.check_settings()?;
-    job.check_paths(&args.mesh)?;
-    job.run(|| load(&args.mesh))
-}
-
-/// Settings of training; flags that only training knows are refused without it.
-fn trainer(args: &UnwrapArgs) -> Result<Option<Trainer>, Failure> {
-    if args.method != MethodArg::Exact {
-        return Trainer::new(&args.learning, args.settings.seed).map(Some);
-    }
-    let LearningArgs { preset, file, steps, visibility, save_map, curves } = &args.learning;
-    let given = [
-        ("--preset", preset.is_some()),
-        ("--settings", file.is_some()),
-        ("--steps", steps.is_some()),
-        ("--visibility", visibility.is_some()),
-        ("--save-map", save_map.is_some()),
-        ("--curves", curves.is_some()),
-    ];
-    match given.into_iter().find(|(_, is_given)| *is_given) {
-        Some((flag, _)) => {
-            Err(Failure::Usage(format!("{flag}: --method exact does not train; add --method neural or hybrid")))
-        }
-        None => Ok(None),
-    }
-}
 
 impl Job {
     /// Loads, unwraps, writes, reports. Nothing is written unless everything can be.
@@ -263,81 +178,6 @@ impl Job {
             )
         })
     }
-
-    pub(crate) fn check_settings(&self) -> Result<(), Failure> {
-        let Settings { size, padding, .. } = self.settings;
-        if padding.saturating_mul(4) > size {
-            return Err(Failure::Usage(format!(
-                "--padding {padding}: too wide for --size {size}; a quarter of the size at the most"
-            )));
-        }
-        Ok(())
-    }
-
-    /// No output may fall on another, nor the picture or the report on the input.
-    pub(crate) fn check_paths(&self, input: &Path) -> Result<(), Failure> {
-        let named = |path: &Path, ending: &str| {
-            let special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
-            special || path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
-        };
-        if !named(&self.output, "obj") {
-            let text = "only OBJ is written; name a file that ends in .obj";
-            return Err(Failure::Usage(format!("-o {}: {text}", self.output.display())));
-        }
-        if let Some(path) = self.sheet.as_deref().filter(|path| !named(path, "png")) {
-            return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", path.display())));
-        }
-        let json = self.json.as_deref().filter(|path| !is_stdout(path));
-        let sheet = self.sheet.as_deref();
-        let (map, curves) = (self.save_map.as_deref(), self.curves.as_deref());
-        if let Some(path) = curves.filter(|path| !named(path, "png")) {
-            return Err(Failure::Usage(format!("--curves {}: name a file that ends in .png", path.display())));
-        }
-        let clashes = [
-            ("--save-map", map, "the mesh", Some(input)),
-            ("--curves", curves, "the mesh", Some(input)),
-            ("--save-map", map, "-o", Some(self.output.as_path())),
-            ("--save-map", map, "--sheet", sheet),
-            ("--save-map", map, "--json", json),
-            ("--save-map", map, "--curves", curves),
-            ("--curves", curves, "-o", Some(self.output.as_path())),
-            ("--curves", curves, "--sheet", sheet),
-            ("--curves", curves, "--json", json),
-            ("--sheet", sheet, "the mesh", Some(input)),
-            ("--json", json, "the mesh", Some(input)),
-            ("--sheet", sheet, "-o", Some(self.output.as_path())),
-            ("--json", json, "-o", Some(self.output.as_path())),
-            ("--json", json, "--sheet", sheet),
-        ];
-        for (flag, path, other, place) in clashes {
-            if let (Some(path), Some(place)) = (path, place)
-                && same_file(path, place)
-            {
-                let text = format!("{flag} {}: the same file as {other}; choose another", path.display());
-                return Err(Failure::Usage(text));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_outputs(&self) -> Result<(), Failure> {
-        drafts::check("-o", &self.output)?;
-        let others = [("--sheet", &self.sheet), ("--save-map", &self.save_map), ("--curves", &self.curves)];
-        for (flag, path) in others {
-            path.as_deref().map_or(Ok(()), |path| drafts::check(flag, path))?;
-        }
-        self.json.as_deref().filter(|path| !is_stdout(path)).map_or(Ok(()), |path| drafts::check("--json", path))
-    }
-}
-
-impl PartsSource {
-    /// For the report: the flag's value, or the file.
-    fn name(&self) -> String {
-        match self {
-            PartsSource::Shape(arg) => arg.name(),
-            PartsSource::File(file) => file.display().to_string(),
-        }
-    }
 }
 
 /// The contact sheet of an atlas as PNG.
@@ -350,8 +190,4 @@ fn draw(loaded: &Loaded, atlas: &Atlas, pool: &Pool) -> Vec<u8> {
         exposure: Some(&atlas.exposure),
     };
     drawing.png(pool)
-}
-
-fn is_stdout(path: &Path) -> bool {
-    path.as_os_str() == "-"
 }

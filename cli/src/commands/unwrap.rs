@@ -1,0 +1,52 @@
+//! `seamwright unwrap`: a mesh in, the same mesh with an atlas out.
+
+use crate::args::learning::LearningArgs;
+use crate::args::method::MethodArg;
+use crate::args::unwrap::UnwrapArgs;
+use crate::base::failure::Failure;
+use crate::formats::loaded::load;
+use crate::jobs::job::{Job, PartsSource};
+use crate::training::trainer::Trainer;
+
+/// Runs `seamwright unwrap`.
+pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
+    let job = Job {
+        output: args.output.clone(),
+        sheet: args.sheet.clone(),
+        json: args.json.clone(),
+        save_map: args.learning.save_map.clone(),
+        curves: args.learning.curves.clone(),
+        method: args.method,
+        learning: trainer(args)?,
+        settings: args.settings.to_core(),
+        parts: args.labels.clone().map_or(PartsSource::Shape(args.parts), PartsSource::File),
+        groups: args.groups,
+        keep_seams: args.keep_seams,
+        run: args.run,
+    };
+    job.check_settings()?;
+    job.check_paths(&args.mesh)?;
+    job.run(|| load(&args.mesh))
+}
+
+/// Settings of training; flags that only training knows are refused without it.
+fn trainer(args: &UnwrapArgs) -> Result<Option<Trainer>, Failure> {
+    if args.method != MethodArg::Exact {
+        return Trainer::new(&args.learning, args.settings.seed).map(Some);
+    }
+    let LearningArgs { preset, file, steps, visibility, save_map, curves } = &args.learning;
+    let given = [
+        ("--preset", preset.is_some()),
+        ("--settings", file.is_some()),
+        ("--steps", steps.is_some()),
+        ("--visibility", visibility.is_some()),
+        ("--save-map", save_map.is_some()),
+        ("--curves", curves.is_some()),
+    ];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((flag, _)) => {
+            Err(Failure::Usage(format!("{flag}: --method exact does not train; add --method neural or hybrid")))
+        }
+        None => Ok(None),
+    }
+}
