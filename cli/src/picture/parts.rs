@@ -3,9 +3,9 @@
 //! Diameter runs from thin (dark) to thick (light) on a logarithmic scale. The same input gives the same bytes.
 
 use super::image::Image;
+use super::layout::{CAPTION, GAP, HEADER, cameras, pixel_width};
 use super::seams::Lines;
-use super::sheet::{CAPTION, GAP, HEADER, cameras, pixel_width};
-use super::surface::{PictureMesh, Surface};
+use super::surface::{PictureMesh, PictureSurface};
 use super::view::{self, Look};
 use super::{font, view::Camera};
 use crate::base::colour::{INK, PAPER};
@@ -43,7 +43,7 @@ impl PartsDrawing<'_> {
         let picture = |values: &[f32]| {
             let positions = &mesh.positions;
             let (chart, exposure) = (Some(&part[..]), Some(values));
-            Surface::new(&PictureMesh { positions, triangles: &triangles, corner_uv: None, chart, exposure })
+            PictureSurface::new(&PictureMesh { positions, triangles: &triangles, corner_uv: None, chart, exposure })
         };
         let (even, thick) = (picture(&vec![1.0; mesh.positions.len()]), picture(&thickness));
         let mut bytes = vec![0; Scene::need(even.faces.len(), &BinnedBuilder)];
@@ -52,7 +52,7 @@ impl PartsDrawing<'_> {
         let cameras = cameras(false);
         let pixel = pixel_width(&even, &cameras, TILE);
         let lines = Lines::new(&even, pixel);
-        let tile = |surface: &Surface, camera: &Camera, row: usize| {
+        let tile = |surface: &PictureSurface, camera: &Camera, row: usize| {
             let exposure = surface.exposure.as_deref().unwrap_or_default();
             let look = Look { surface, exposure, scene: &scene, lines: &lines, cells: 1.0 };
             view::render(&look, camera, TILE, pixel, workers).into_iter().map(move |p| p[row])
