@@ -11,7 +11,7 @@ use crate::figures::measure;
 use crate::figures::record::{AtlasRecord, json};
 use crate::figures::sampled::{SampledExposure, Weighting};
 use crate::figures::table::table;
-use crate::formats::labels;
+use crate::formats::labels::read as labels;
 use crate::formats::loaded::{Loaded, load};
 use crate::mesh::polygons::NO_UV;
 use crate::mesh::view::PolygonView;
@@ -100,10 +100,10 @@ fn agree(loaded: &Loaded, uv: Option<&[DVec2]>, args: &MeasureArgs) -> Result<Op
         return Ok(None);
     }
     let (mesh, path) = (loaded.mesh(), &loaded.path);
-    let read = |file: &PathBuf| Ok((file.display().to_string(), labels::read::read("--reference", file, mesh, path)?));
+    let read = |file: &PathBuf| Ok((file.display().to_string(), labels::read("--reference", file, mesh, path)?));
     let references = args.reference.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
     let (compared, ours) = match (&args.labels, uv) {
-        (Some(file), _) => (file.display().to_string(), labels::read::read("--labels", file, mesh, path)?.label),
+        (Some(file), _) => (file.display().to_string(), labels::read("--labels", file, mesh, path)?.label),
         (None, uv) => {
             let charts = agreement::charts(mesh, uv.unwrap_or_default()).map_err(|e| unmeasured(path, &e))?;
             ("charts".to_string(), charts)

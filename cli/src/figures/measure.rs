@@ -139,7 +139,7 @@ pub(super) mod tests {
     use glam::DVec3;
 
     /// A pentagon and a triangle beside it; the triangle has UV where `mapped`.
-    pub(in crate::figures) fn judge(mapped: bool) -> Result<AtlasRecord, MeasureError> {
+    pub fn judge(mapped: bool) -> Result<AtlasRecord, MeasureError> {
         let uv: Vec<DVec2> =
             [(0., 0.), (2., 0.), (3., 1.), (2., 2.), (0., 2.), (4., 2.)].map(|(x, y)| DVec2::new(x, y) / 4.0).to_vec();
         let positions: Vec<DVec3> = uv.iter().map(|p| p.extend(0.0)).collect();

@@ -4,7 +4,7 @@ use super::bare::Bare;
 use super::error::FormatError;
 use super::groups::Groups;
 use super::obj::{compose::compose, file::ObjFile, read::read, write::write};
-use super::{gltf, ply, stl};
+use super::{gltf::read as gltf, ply::read as ply, stl};
 use crate::base::failure::Failure;
 use crate::mesh::polygons::Mesh;
 use glam::DVec2;
@@ -37,9 +37,9 @@ pub fn load(path: &Path) -> Result<Loaded, Failure> {
     };
     let content = match ending.as_str() {
         "obj" => Content::Obj(from_obj(path, bytes()?)?),
-        "ply" => bare(ply::read::read(&bytes()?))?,
+        "ply" => bare(ply::read(&bytes()?))?,
         "stl" => bare(stl::read(&bytes()?))?,
-        "glb" | "gltf" => bare(gltf::read::read(&bytes()?, path.parent().unwrap_or(Path::new(""))))?,
+        "glb" | "gltf" => bare(gltf::read(&bytes()?, path.parent().unwrap_or(Path::new(""))))?,
         _ => {
             let problem =
                 if ending.is_empty() { "no file ending".into() } else { format!("unknown file ending .{ending}") };

@@ -8,7 +8,7 @@ use crate::figures::record::AtlasRecord;
 use crate::figures::sampled::{SampledExposure, Weighting};
 use crate::files::drafts::Drafts;
 use crate::files::paths::is_stdout;
-use crate::formats::labels;
+use crate::formats::labels::read as labels;
 use crate::formats::loaded::Loaded;
 use crate::mesh::view::PolygonView;
 use crate::picture::{curves, drawing::Drawing};
@@ -122,7 +122,7 @@ impl Job {
                 settings.map(|settings| parts::find(loaded, settings, pool, reporter)).transpose()
             }
             PartsSource::File(file) => {
-                let labels = labels::read::read("--labels", file, loaded.polygons()?, &loaded.path)?;
+                let labels = labels::read("--labels", file, loaded.polygons()?, &loaded.path)?;
                 parts::given(loaded, &labels, pool, reporter).map(Some)
             }
         }

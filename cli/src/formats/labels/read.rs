@@ -8,7 +8,8 @@ use super::{places, text};
 use crate::base::failure::Failure;
 use crate::formats::bare::Bare;
 use crate::formats::error::FormatError;
-use crate::formats::{gltf, ply};
+use crate::formats::gltf::read as gltf;
+use crate::formats::ply::read as ply;
 use crate::mesh::polygons::Mesh;
 use std::path::Path;
 
@@ -23,8 +24,8 @@ pub fn read(flag: &str, path: &Path, mesh: &Mesh, mesh_path: &Path) -> Result<La
     let found = match kind {
         LabelKind::Seg => text::seg(&bytes, mesh.polygon_count()).map(Labels::of_numbers),
         LabelKind::Json => text::json(&bytes, mesh.polygon_count()).map(Labels::of_names),
-        LabelKind::Ply => coloured(ply::read::read(&bytes), mesh),
-        LabelKind::Glb => coloured(gltf::read::read(&bytes, folder), mesh),
+        LabelKind::Ply => coloured(ply::read(&bytes), mesh),
+        LabelKind::Glb => coloured(gltf::read(&bytes, folder), mesh),
     };
     found.map_err(|problem| refuse(problem.replace("THE MESH", &mesh_path.display().to_string())))
 }
