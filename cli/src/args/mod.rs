@@ -1,6 +1,6 @@
 //! What is asked, in the words of the command line.
 //!
-//! - [`line`]: the whole, with a file for each subcommand
+//! - [`mod@line`]: the whole, with a file for each subcommand
 //! - [`settings`], [`method`], [`learning`], [`parts`], [`run`]: words that several of them take
 
 pub mod apply;

@@ -1,6 +1,6 @@
 //! Trained maps in a file: little-endian on every machine, weights in 16 bits, a checksum at the end.
 //!
-//! Layout: [`Header`]; for each map its [`Frame3`] (12 f64, row by row: three rows of a linear map, then what is added), then its
+//! Layout: `Header`; for each map its `Frame3` (12 f64, row by row: three rows of a linear map, then what is added), then its
 //! weights (f16, in the order of `core::learn::backbone::NAMES`, each layer's matrix (outputs, inputs) before its bias); the
 //! FNV-1a hash (u64) of all bytes before it. Whatever is not exactly that is refused.
 

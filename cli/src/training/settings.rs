@@ -1,6 +1,6 @@
 //! Settings of training, from a preset, a file and flags, in this order.
 //!
-//! The file is TOML: the keys of [`SettingsFile`], and a table `weights` with a key for each loss. Unknown keys are refused with
+//! The file is TOML: the keys of `SettingsFile`, and a table `weights` with a key for each loss. Unknown keys are refused with
 //! file and line.
 
 use super::trainer::{Trainer, WIDEST};

@@ -1,6 +1,6 @@
 //! Wavefront OBJ, read and written so that the user's file stays the user's.
 //!
-//! - [`file`]: the file's bytes, its mesh, and the places that a new atlas changes
+//! - [`mod@file`]: the file's bytes, its mesh, and the places that a new atlas changes
 //! - [`statement`], `field`: lines, continuations and words of a file's bytes
 //! - [`read`], [`problem`]: bytes to file
 //! - [`mod@write`]: the same bytes with new `vt` lines and face corners
