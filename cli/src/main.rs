@@ -1,13 +1,13 @@
 //! The seamwright command.
 
 use clap::Parser;
-use seamwright::{args::CommandLine, commands, progress};
+use seamwright::{args::line::CommandLine, commands, run::stop};
 use std::io::{Write, stderr};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let line = CommandLine::parse();
-    progress::listen_for_stop();
+    stop::listen_for_stop();
     match commands::run(&line.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

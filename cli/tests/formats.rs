@@ -1,13 +1,13 @@
 //! Meshes of every format, from a file to an OBJ with UVs.
 
 use glam::DVec2;
-use seamwright::load::load;
-use seamwright::obj::read::read;
+use seamwright::formats::loaded::load;
+use seamwright::formats::obj::read::read;
 use std::fs;
 use std::path::Path;
 
 /// Loads `folder/name` and reads back the OBJ that is written for it, with corner c at (c / 8, 0).
-fn through(folder: &Path, name: &str) -> (seamwright::mesh::Mesh, String) {
+fn through(folder: &Path, name: &str) -> (seamwright::mesh::polygons::Mesh, String) {
     let loaded = load(&folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     let uv: Vec<_> = (0..loaded.mesh().corners.len()).map(|c| DVec2::new(c as f64 / 8.0, 0.0)).collect();
     let mut out = Vec::new();

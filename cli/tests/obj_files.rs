@@ -4,8 +4,9 @@
 
 use glam::DVec2;
 use quickcheck::{Arbitrary, Gen, QuickCheck};
-use seamwright::obj::read::{ObjFile, read};
-use seamwright::obj::write::write;
+use seamwright::formats::obj::file::ObjFile;
+use seamwright::formats::obj::read::read;
+use seamwright::formats::obj::write::write;
 use std::path::{Path, PathBuf};
 
 /// Where collections of meshes may lie beside the project; `SEAMWRIGHT_MESHES` names another place.

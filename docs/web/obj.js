@@ -1,5 +1,5 @@
 // OBJ files in the browser: positions and polygons out of the bytes, and the same bytes back with other UVs.
-// The rules are those of cli/src/obj: `vt` lines are replaced, face corners become v/vt or v/vt/vn, all else stays byte for
+// The rules are those of cli/src/formats/obj: `vt` lines are replaced, face corners become v/vt or v/vt/vn, all else stays byte for
 // byte. Text is handled as one character a byte, so that names may be in any encoding.
 'use strict';
 

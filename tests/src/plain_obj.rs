@@ -4,7 +4,7 @@
 //! loader changes. It panics on what it does not understand.
 
 use glam::{DVec2, DVec3};
-use seamwright::measure::Polygons;
+use seamwright::mesh::view::PolygonView;
 
 /// An OBJ in memory.
 #[derive(Default)]
@@ -51,8 +51,8 @@ impl PlainObj {
     }
 
     /// What `measure` takes.
-    pub fn polygons(&self) -> Polygons<'_> {
-        Polygons {
+    pub fn polygons(&self) -> PolygonView<'_> {
+        PolygonView {
             positions: &self.positions,
             corners: &self.corners,
             polygon_start: &self.polygon_start,

@@ -1,7 +1,7 @@
 //! Small polygon meshes made by formula, each with something that an atlas must cope with.
 
 use glam::DVec3;
-use seamwright::mesh::Mesh;
+use seamwright::mesh::polygons::Mesh;
 use std::f64::consts::{PI, TAU};
 
 /// A mesh of `positions` and polygons, without UV.

@@ -4,10 +4,10 @@
 //! polygon, as a reader without care makes it, is folded in space already.
 
 use glam::{DVec2, DVec3};
-use seamwright::hierarchy::ObvhsBuilder;
-use seamwright::load::load;
-use seamwright::mesh::Mesh;
-use seamwright::threads::Pool;
+use seamwright::formats::loaded::load;
+use seamwright::mesh::polygons::Mesh;
+use seamwright::run::hierarchy::ObvhsBuilder;
+use seamwright::run::threads::Pool;
 use seamwright_core::base::progress::Silent;
 use seamwright_core::base::scratch::{Scratch, ScratchTooSmall};
 use seamwright_core::base::workers::{Serial, Workers};

@@ -3,7 +3,11 @@
 //! Floors, lowest first: base; mesh and learn/kernels; rays, segment, learn, atlas, judge (the stages); pipeline. A
 //! module imports from lower floors and from its own folder; so no stage imports another.
 //! `use` trees are expanded and every other path that begins with `crate::` is looked at too. Comments are skipped.
+//! The command's rooms are looked at in floors/cli.rs.
 //! Limit: names that a macro puts together are not seen.
+
+#[path = "floors/cli.rs"]
+mod cli;
 
 use std::collections::BTreeSet;
 use std::fs;

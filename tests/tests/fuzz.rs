@@ -6,11 +6,11 @@
 //! files are tried here too. FUZZ_CASES=100000 tries more than the tests' share.
 
 use glam::DVec2;
-use seamwright::atlas;
-use seamwright::failure::Failure;
-use seamwright::load::{load, load_obj};
-use seamwright::mesh::Mesh;
-use seamwright::progress::{Reporter, Show};
+use seamwright::base::failure::Failure;
+use seamwright::formats::loaded::{load, load_obj};
+use seamwright::mesh::polygons::Mesh;
+use seamwright::run::atlas;
+use seamwright::run::progress::{Reporter, Show};
 use seamwright_core::base::random::hash;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Serial;

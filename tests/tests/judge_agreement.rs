@@ -1,6 +1,8 @@
 //! The judge against an independent evaluator: recorded figures always, the evaluator itself where it is at hand.
 
-use seamwright::measure::{Exposure, Weighting, json, measure};
+use seamwright::figures::measure::measure;
+use seamwright::figures::record::json;
+use seamwright::figures::sampled::{SampledExposure, Weighting};
 use seamwright_tests::plain_obj::PlainObj;
 use serde_json::Value;
 use std::{fs, path::Path, process::Command};
@@ -33,7 +35,7 @@ fn recorded_figures_of_hostile_maps_are_reproduced() {
         let mesh = PlainObj::parse(&fs::read_to_string(&path).unwrap());
         let formula = |p: &glam::DVec3| (1.0 / (1.0 + p.x * p.x + 2.0 * p.y * p.y + 3.0 * p.z * p.z)) as f32;
         let values: Vec<f32> = mesh.positions.iter().map(formula).collect();
-        let exposure = Exposure { values: &values, weighting: Weighting::Uniform };
+        let exposure = SampledExposure { values: &values, weighting: Weighting::Uniform };
         let record = measure("", mesh.polygons(), Some(exposure), 256).unwrap();
         let ours: Value = serde_json::from_str(&json(&record)).unwrap();
         let text = fs::read_to_string(path.with_extension("json")).unwrap();

@@ -2,8 +2,8 @@
 
 use core::ops::ControlFlow;
 use glam::{DVec2, DVec3};
-use seamwright::hierarchy::ObvhsBuilder;
-use seamwright::threads::Pool;
+use seamwright::run::hierarchy::ObvhsBuilder;
+use seamwright::run::threads::Pool;
 use seamwright_core::base::progress::{Progress, Stage};
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::learn::backbone::Widths;

@@ -2,7 +2,7 @@
 //!
 //! The benchmark's meshes are not ours to carry along: where the folder is absent the test says so and passes.
 
-use seamwright::threads::Pool;
+use seamwright::run::threads::Pool;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::{Serial, Workers};
 use seamwright_core::mesh::topology::{twins, twins_need};

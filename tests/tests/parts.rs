@@ -1,9 +1,9 @@
 //! Part-aware atlases through core: whatever the labels are, no chart crosses a border and every guarantee holds.
 
 use glam::DVec2;
-use seamwright::hierarchy::ObvhsBuilder;
-use seamwright::mesh::Mesh;
-use seamwright::threads::Pool;
+use seamwright::mesh::polygons::Mesh;
+use seamwright::run::hierarchy::ObvhsBuilder;
+use seamwright::run::threads::Pool;
 use seamwright_core::base::progress::Silent;
 use seamwright_core::base::random::hash;
 use seamwright_core::base::scratch::Scratch;

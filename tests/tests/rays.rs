@@ -1,7 +1,7 @@
 //! Hits do not depend on who built the hierarchy.
 
 use glam::Vec3;
-use seamwright::hierarchy::ObvhsBuilder;
+use seamwright::run::hierarchy::ObvhsBuilder;
 use seamwright_core::base::random::unit_f32;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Serial;

@@ -1,10 +1,12 @@
 //! `seamwright apply`: saved maps on a mesh, without training.
 
-use super::unwrap::{Job, PartsSource};
-use crate::args::{ApplyArgs, Method, PartsArg};
-use crate::failure::Failure;
-use crate::load::load;
-use crate::map_file;
+use crate::args::apply::ApplyArgs;
+use crate::args::method::MethodArg;
+use crate::args::parts::PartsArg;
+use crate::base::failure::Failure;
+use crate::formats::loaded::load;
+use crate::jobs::job::{Job, PartsSource};
+use crate::training::map_file;
 
 /// Runs `seamwright apply`.
 pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
@@ -14,7 +16,7 @@ pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
         json: args.json.clone(),
         save_map: None,
         curves: None,
-        method: Method::Neural,
+        method: MethodArg::Neural,
         learning: Some(map_file::read(&args.map)?),
         settings: args.settings.to_core(),
         parts: PartsSource::Shape(PartsArg::Off),

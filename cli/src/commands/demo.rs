@@ -1,9 +1,11 @@
 //! `seamwright demo`: the main job on a built-in mesh, so that one command shows what the program does.
 
-use super::unwrap::{Job, PartsSource};
-use crate::args::{DemoArgs, Method, PartsArg};
-use crate::failure::Failure;
-use crate::load::load_obj;
+use crate::args::demo::DemoArgs;
+use crate::args::method::MethodArg;
+use crate::args::parts::PartsArg;
+use crate::base::failure::Failure;
+use crate::formats::loaded::load_obj;
+use crate::jobs::job::{Job, PartsSource};
 use seamwright_core::pipeline::Settings;
 use std::fs;
 use std::path::Path;
@@ -22,7 +24,7 @@ pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
         json: Some(folder.join(name).with_extension("json")),
         save_map: None,
         curves: None,
-        method: Method::Exact,
+        method: MethodArg::Exact,
         learning: None,
         settings: Settings::default(),
         parts: PartsSource::Shape(PartsArg::Off),

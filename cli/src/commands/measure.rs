@@ -3,16 +3,20 @@
 //! With `--reference` it also says how far the file's charts, or labels, agree with other partitions of its faces.
 //! A file that cannot be measured is named and left out; the command then ends with that file's exit code.
 
-use crate::agreement::{self, AgreementRecord};
-use crate::args::{MeasureArgs, Sky};
-use crate::exposure::{ExposureError, vertex_exposure};
-use crate::failure::Failure;
-use crate::labels;
-use crate::load::{Loaded, load};
-use crate::measure::{self, Exposure, Polygons, Record, Weighting, json, table};
-use crate::mesh::NO_UV;
-use crate::progress::{Reporter, Show};
-use crate::threads::Pool;
+use crate::args::measure::{MeasureArgs, Sky};
+use crate::base::failure::Failure;
+use crate::figures::agreement::{self, AgreementRecord};
+use crate::figures::exposure::{ExposureError, vertex_exposure};
+use crate::figures::measure;
+use crate::figures::record::{AtlasRecord, json};
+use crate::figures::sampled::{SampledExposure, Weighting};
+use crate::figures::table::table;
+use crate::formats::labels::read as labels;
+use crate::formats::loaded::{Loaded, load};
+use crate::mesh::polygons::NO_UV;
+use crate::mesh::view::PolygonView;
+use crate::run::progress::{Reporter, Show};
+use crate::run::threads::Pool;
 use glam::DVec2;
 use seamwright_core::base::progress::{Progress, Stage};
 use std::io::{Write, stderr, stdout};
@@ -55,7 +59,7 @@ pub fn measure(args: &MeasureArgs) -> Result<(), Failure> {
     last.map_or(Ok(()), Err)
 }
 
-fn measure_file(path: &Path, args: &MeasureArgs, pool: &Pool, reporter: &mut Reporter) -> Result<Record, Failure> {
+fn measure_file(path: &Path, args: &MeasureArgs, pool: &Pool, reporter: &mut Reporter) -> Result<AtlasRecord, Failure> {
     let loaded = load(path)?;
     // Labels can be compared on a mesh without UVs.
     let uv = if args.labels.is_some() { loaded.polygons()?.corner_uv.as_deref() } else { Some(loaded.mapped()?.1) };
@@ -77,9 +81,9 @@ fn measure_file(path: &Path, args: &MeasureArgs, pool: &Pool, reporter: &mut Rep
             ExposureError::Tree(e) => unmeasured(path, &e),
         })?;
     reporter.finish();
-    let exposure = values.as_deref().zip(weighting).map(|(values, weighting)| Exposure { values, weighting });
+    let exposure = values.as_deref().zip(weighting).map(|(values, weighting)| SampledExposure { values, weighting });
     let none = vec![NO_UV; mesh.corners.len()];
-    let polygons = Polygons {
+    let polygons = PolygonView {
         positions: &mesh.positions,
         corners: &mesh.corners,
         polygon_start: &mesh.polygon_start,
@@ -87,7 +91,7 @@ fn measure_file(path: &Path, args: &MeasureArgs, pool: &Pool, reporter: &mut Rep
     };
     let record = measure::measure(&path.display().to_string(), polygons, exposure, args.resolution)
         .map_err(|e| unmeasured(path, &e))?;
-    Ok(Record { agreement, ..record })
+    Ok(AtlasRecord { agreement, ..record })
 }
 
 /// How the charts, or `--labels`, agree with the references; `None` where there are none.

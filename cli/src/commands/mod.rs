@@ -7,8 +7,8 @@ mod render;
 mod segment;
 mod unwrap;
 
-use crate::args::Command;
-use crate::failure::Failure;
+use crate::args::line::Command;
+use crate::base::failure::Failure;
 
 /// Runs `command`.
 pub fn run(command: &Command) -> Result<(), Failure> {

@@ -1,11 +1,11 @@
 //! `seamwright render`: pictures of a UV-mapped mesh, whatever tool made it.
 
-use crate::args::RenderArgs;
-use crate::failure::Failure;
-use crate::load::load;
-use crate::picture::Drawing;
-use crate::save::{self, Drafts};
-use crate::threads::Pool;
+use crate::args::render::RenderArgs;
+use crate::base::failure::Failure;
+use crate::files::drafts::{self, Drafts};
+use crate::formats::loaded::load;
+use crate::picture::drawing::Drawing;
+use crate::run::threads::Pool;
 
 /// Runs `seamwright render`. Exposure is found by our own rays, charts from the UVs.
 pub fn render(args: &RenderArgs) -> Result<(), Failure> {
@@ -14,7 +14,7 @@ pub fn render(args: &RenderArgs) -> Result<(), Failure> {
         let text = format!("-o {}: a picture is written; name a file that ends in .png", args.output.display());
         return Err(Failure::Usage(text));
     }
-    save::check("-o", &args.output)?;
+    drafts::check("-o", &args.output)?;
     let loaded = load(&args.file)?;
     let (mesh, corner_uv) = loaded.mapped()?;
     let pool = Pool::new(None).map_err(|e| Failure::Unreached(format!("cannot start threads: {e}")))?;

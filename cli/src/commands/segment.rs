@@ -1,19 +1,22 @@
 //! `seamwright segment`: a mesh in, a label for each of its faces out.
 
-use crate::args::{PartsArg, SegmentArgs};
-use crate::failure::Failure;
-use crate::labels::{Kind, write::write};
-use crate::load::load;
-use crate::parts::find;
-use crate::picture::PartsDrawing;
-use crate::progress::{Reporter, Show, stop_requested};
-use crate::save::{self, Drafts, same_file};
-use crate::threads::Pool;
+use crate::args::parts::PartsArg;
+use crate::args::segment::SegmentArgs;
+use crate::base::failure::Failure;
+use crate::files::drafts::{self, Drafts};
+use crate::files::paths::same_file;
+use crate::formats::labels::{kind::LabelKind, write::write};
+use crate::formats::loaded::load;
+use crate::picture::parts::PartsDrawing;
+use crate::run::parts::find;
+use crate::run::progress::{Reporter, Show};
+use crate::run::stop::stop_requested;
+use crate::run::threads::Pool;
 
 /// Runs `seamwright segment`.
 pub fn segment(args: &SegmentArgs) -> Result<(), Failure> {
     let shown = args.output.display();
-    let Some(kind) = Kind::of(&args.output) else {
+    let Some(kind) = LabelKind::of(&args.output) else {
         return Err(Failure::Usage(format!("-o {shown}: name a file that ends in .seg, .json, .ply or .glb")));
     };
     if same_file(&args.output, &args.mesh) {
@@ -31,9 +34,9 @@ pub fn segment(args: &SegmentArgs) -> Result<(), Failure> {
         if !sheet.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", sheet.display())));
         }
-        save::check("--sheet", sheet)?;
+        drafts::check("--sheet", sheet)?;
     }
-    save::check("-o", &args.output)?;
+    drafts::check("-o", &args.output)?;
     let loaded = load(&args.mesh)?;
     let mut reporter = Reporter::new(Show::fitting(args.run.quiet));
     let pool = Pool::new(args.run.threads.map(usize::from))

@@ -3,8 +3,9 @@
 //! An STL has no shared vertices, so corners at bit-equal positions become one vertex, in the order of their first use.
 //! A binary file whose header begins with `solid` is known by its length.
 
-use super::{Bare, FormatError, check};
-use crate::mesh::Mesh;
+use super::bare::{Bare, check};
+use super::error::FormatError;
+use crate::mesh::polygons::Mesh;
 use glam::DVec3;
 use std::collections::HashMap;
 

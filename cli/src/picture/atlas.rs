@@ -1,7 +1,7 @@
 //! The atlas: charts filled in UV space, their borders as lines, overlaps and flips made to stand out.
 
-use super::colour::{self, INK, PANEL, Rgb, SEAM, linear, srgb};
-use super::surface::Surface;
+use super::surface::PictureSurface;
+use crate::base::colour::{self, INK, PANEL, Rgb, SEAM, linear, srgb};
 use glam::{DVec2, Vec3};
 use seamwright_core::base::workers::{Workers, for_each_chunk};
 use seamwright_core::mesh::view::NONE;
@@ -14,7 +14,7 @@ const STRIP: usize = 16;
 const FLIPPED: Rgb = [222, 40, 190];
 
 /// The picture and what was counted on the way.
-pub struct Atlas {
+pub struct DrawnAtlas {
     pub pixels: Vec<Rgb>, // (size, size)
     /// Share of the unit square's samples that a chart covers.
     pub utilisation: f64,
@@ -25,18 +25,18 @@ pub struct Atlas {
 }
 
 #[derive(Clone, Copy)]
-struct Sample {
+struct AtlasSample {
     face: u32,
     depth: u32,
 }
 
 /// Draws the unit square, or the UVs' own box where they leave it, `size` pixels a side.
-pub fn draw(surface: &Surface, size: usize, workers: &dyn Workers) -> Atlas {
+pub fn draw(surface: &PictureSurface, size: usize, workers: &dyn Workers) -> DrawnAtlas {
     let uv = surface.uv.as_deref().unwrap_or(&[]);
     let (corner, side) = frame(uv);
     let n = size * SAMPLES;
     let is_flipped = flips(surface, uv);
-    let mut samples = vec![Sample { face: NONE, depth: 0 }; n * n];
+    let mut samples = vec![AtlasSample { face: NONE, depth: 0 }; n * n];
     let place = |t: DVec2| (t - corner) / side * n as f64 - 0.5; // sample centres at integers, v up
     for_each_chunk(workers, &mut samples, n * STRIP, &|strip, samples| {
         let first = strip * STRIP;
@@ -70,9 +70,9 @@ pub fn draw(surface: &Surface, size: usize, workers: &dyn Workers) -> Atlas {
     let used = (0..n * n).filter(|i| inside(*i) && samples[*i].depth > 0).count();
     let light = |i: usize| -> Vec3 {
         let base = match samples[i] {
-            Sample { depth: 0, .. } => linear(PANEL) * if inside(i) { 1.0 } else { 0.75 },
-            Sample { depth: 1, face } if is_flipped[face as usize] => linear(FLIPPED),
-            Sample { depth: 1, face } => match surface.chart[face as usize] {
+            AtlasSample { depth: 0, .. } => linear(PANEL) * if inside(i) { 1.0 } else { 0.75 },
+            AtlasSample { depth: 1, face } if is_flipped[face as usize] => linear(FLIPPED),
+            AtlasSample { depth: 1, face } => match surface.chart[face as usize] {
                 NONE => linear(INK),
                 chart => colour::chart(chart),
             },
@@ -91,7 +91,7 @@ pub fn draw(surface: &Surface, size: usize, workers: &dyn Workers) -> Atlas {
             *out = srgb(sum / (SAMPLES * SAMPLES) as f32);
         }
     });
-    Atlas {
+    DrawnAtlas {
         pixels,
         utilisation: used as f64 / square.max(1) as f64,
         overlap: twice as f64 / covered.max(1) as f64,
@@ -114,7 +114,7 @@ fn frame(uv: &[[DVec2; 3]]) -> (DVec2, f64) {
 }
 
 /// Whether each face's signed UV area is against the greater part of its chart.
-fn flips(surface: &Surface, uv: &[[DVec2; 3]]) -> Vec<bool> {
+fn flips(surface: &PictureSurface, uv: &[[DVec2; 3]]) -> Vec<bool> {
     let area = |t: &[DVec2; 3]| (t[1] - t[0]).perp_dot(t[2] - t[0]);
     let mut total = vec![0.0; surface.chart_count];
     for (chart, t) in surface.chart.iter().zip(uv).filter(|(c, _)| **c != NONE) {
@@ -139,7 +139,7 @@ fn covers(t: [DVec2; 3], p: DVec2) -> bool {
 }
 
 /// Samples within 0.7 pixels of a chart's border.
-fn lines(surface: &Surface, n: usize, place: impl Fn(DVec2) -> DVec2) -> Vec<bool> {
+fn lines(surface: &PictureSurface, n: usize, place: impl Fn(DVec2) -> DVec2) -> Vec<bool> {
     let radius = 0.7 * SAMPLES as f64;
     let mut line = vec![false; n * n];
     for ends in surface.outline.iter().filter(|e| e[0].is_finite() && e[1].is_finite()) {

@@ -1,8 +1,8 @@
 //! Losses over the steps of a training: a panel for each loss that was on, from 0 to its largest value.
 
-use super::colour::{FAINT, INK, PAPER, Rgb};
 use super::font;
 use super::image::Image;
+use crate::base::colour::{FAINT, INK, PAPER, Rgb};
 use seamwright_core::learn::losses::Loss;
 use seamwright_core::learn::train::{Sample, Settings};
 

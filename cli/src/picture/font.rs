@@ -1,7 +1,7 @@
 //! A bitmap font of 5 x 7 dots: digits, capitals and a few signs. Small letters print as capitals.
 
-use super::colour::Rgb;
 use super::image::Image;
+use crate::base::colour::Rgb;
 
 /// Dots from one letter's left side to the next one's.
 const ADVANCE: usize = 6;

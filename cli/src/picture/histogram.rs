@@ -1,9 +1,9 @@
 //! Exposure of seam vertices against that of all vertices, as shares a bin (heights are their roots),
 //! over the exposure ramp.
 
-use super::colour::{self, FAINT, INK, PAPER, SEAM};
 use super::font;
 use super::image::Image;
+use crate::base::colour::{self, FAINT, INK, PAPER, SEAM};
 
 const BINS: usize = 25;
 

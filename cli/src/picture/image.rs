@@ -1,6 +1,6 @@
 //! Pixels in memory, and as PNG.
 
-use super::colour::Rgb;
+use crate::base::colour::Rgb;
 
 /// 8-bit sRGB pixels, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,19 +16,9 @@ impl Image {
         Self { width, height, pixels: vec![colour; width * height] }
     }
 
-    /// Pixels a row.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
     /// Rows.
     pub fn height(&self) -> usize {
         self.height
-    }
-
-    /// The colour at a pixel that is there.
-    pub fn pixel(&self, x: usize, y: usize) -> [u8; 3] {
-        self.pixels[y * self.width + x]
     }
 
     /// Sets a pixel; outside the image nothing happens.

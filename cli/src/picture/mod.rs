@@ -1,21 +1,19 @@
 //! Pictures of a mesh, its atlas and its parts, drawn by our own rays.
+//!
+//! - [`drawing`], [`parts`], [`curves`]: what is drawn: an atlas, parts, losses
+//! - `sheet`, `layout`: the contact sheet, and what all sheets have in common
+//! - `surface`, `seams`, `view`, `atlas`, `histogram`: the mesh as pictures need it, and the panels
+//! - `font`, `image`: words and pixels
 
 mod atlas;
-mod colour;
 pub mod curves;
+pub mod drawing;
 mod font;
 mod histogram;
 mod image;
-mod parts;
-mod polygons;
+mod layout;
+pub mod parts;
 mod seams;
 mod sheet;
 mod surface;
 mod view;
-
-pub use colour::{Rgb, linear, part as part_colour};
-pub use image::Image;
-pub use parts::PartsDrawing;
-pub use polygons::Drawing;
-pub use sheet::{SheetOptions, sheet};
-pub use surface::PictureMesh;

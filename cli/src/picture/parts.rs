@@ -2,15 +2,15 @@
 //!
 //! Diameter runs from thin (dark) to thick (light) on a logarithmic scale. The same input gives the same bytes.
 
-use super::colour::{INK, PAPER};
 use super::image::Image;
-use super::polygons::fans;
+use super::layout::{CAPTION, GAP, HEADER, cameras, pixel_width};
 use super::seams::Lines;
-use super::sheet::{CAPTION, GAP, HEADER, cameras, pixel_width};
-use super::surface::{PictureMesh, Surface};
+use super::surface::{PictureMesh, PictureSurface};
 use super::view::{self, Look};
 use super::{font, view::Camera};
-use crate::mesh::Mesh;
+use crate::base::colour::{INK, PAPER};
+use crate::mesh::fans::fans;
+use crate::mesh::polygons::Mesh;
 use seamwright_core::base::real::ln;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
@@ -36,13 +36,14 @@ impl PartsDrawing<'_> {
     /// Draws it as PNG. The same bytes with any workers.
     pub fn png(self, workers: &dyn Workers) -> Vec<u8> {
         let mesh = self.mesh;
-        let triangles: Vec<[u32; 3]> = fans(mesh).map(|(_, t)| t.map(|c| mesh.corners[c as usize])).collect();
-        let part: Vec<u32> = fans(mesh).map(|(p, _)| self.part[p]).collect();
+        let triangles: Vec<[u32; 3]> =
+            fans(&mesh.polygon_start).map(|(_, t)| t.map(|c| mesh.corners[c as usize])).collect();
+        let part: Vec<u32> = fans(&mesh.polygon_start).map(|(p, _)| self.part[p]).collect();
         let thickness = self.thickness();
         let picture = |values: &[f32]| {
             let positions = &mesh.positions;
             let (chart, exposure) = (Some(&part[..]), Some(values));
-            Surface::new(&PictureMesh { positions, triangles: &triangles, corner_uv: None, chart, exposure })
+            PictureSurface::new(&PictureMesh { positions, triangles: &triangles, corner_uv: None, chart, exposure })
         };
         let (even, thick) = (picture(&vec![1.0; mesh.positions.len()]), picture(&thickness));
         let mut bytes = vec![0; Scene::need(even.faces.len(), &BinnedBuilder)];
@@ -51,7 +52,7 @@ impl PartsDrawing<'_> {
         let cameras = cameras(false);
         let pixel = pixel_width(&even, &cameras, TILE);
         let lines = Lines::new(&even, pixel);
-        let tile = |surface: &Surface, camera: &Camera, row: usize| {
+        let tile = |surface: &PictureSurface, camera: &Camera, row: usize| {
             let exposure = surface.exposure.as_deref().unwrap_or_default();
             let look = Look { surface, exposure, scene: &scene, lines: &lines, cells: 1.0 };
             view::render(&look, camera, TILE, pixel, workers).into_iter().map(move |p| p[row])

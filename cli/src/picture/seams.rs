@@ -3,7 +3,7 @@
 //! Distance is measured in space, so a stripe is as if painted on the surface: what lies behind is never touched, and
 //! triangles far smaller than a pixel carry a line as clean as large ones do.
 
-use super::surface::Surface;
+use super::surface::PictureSurface;
 use glam::{IVec3, Vec3};
 use std::collections::HashMap;
 
@@ -17,7 +17,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    pub fn new(surface: &Surface, pixel: f32) -> Self {
+    pub fn new(surface: &PictureSurface, pixel: f32) -> Self {
         let radius = HALF_WIDTH * pixel;
         let cell = 4.0 * radius;
         let mut cells = HashMap::<_, Vec<_>>::new();

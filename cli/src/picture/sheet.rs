@@ -2,13 +2,14 @@
 //!
 //! The same mesh and options give the same pixels with any workers.
 
-use super::colour::{FAINT, INK, PAPER, Rgb};
 use super::image::Image;
+use super::layout::{CAPTION, GAP, HEADER, cameras, pixel_width};
 use super::seams::Lines;
-use super::surface::{PictureMesh, Surface};
-use super::view::{self, Camera, Look, ROWS};
+use super::surface::{PictureMesh, PictureSurface};
+use super::view::{self, Look, ROWS};
 use super::{atlas, font, histogram};
-use glam::{DVec2, Vec3};
+use crate::base::colour::{FAINT, INK, PAPER, Rgb};
+use glam::DVec2;
 use seamwright_core::base::{scratch::Scratch, workers::Workers};
 use seamwright_core::rays::binned::BinnedBuilder;
 use seamwright_core::rays::cast::Scene;
@@ -16,11 +17,6 @@ use seamwright_core::rays::exposure::{ExposureSettings, exposure, exposure_need}
 
 /// Cells of the checkerboard along the mesh's largest extent: 14 pixels a cell on the default tile.
 const CELLS_ACROSS: f64 = 26.0;
-/// Space around tiles, and the strips that carry words.
-pub(super) const GAP: usize = 12;
-pub(super) const HEADER: usize = 56;
-pub(super) const CAPTION: usize = 26;
-
 /// What the caller can choose.
 #[derive(Clone, Debug)]
 pub struct SheetOptions {
@@ -43,7 +39,7 @@ impl Default for SheetOptions {
 /// Draws the sheet. Whatever the mesh lacks (UVs, faces) leaves its place plain.
 pub fn sheet(mesh: &PictureMesh, options: &SheetOptions, workers: &dyn Workers) -> Image {
     let tile = options.tile.clamp(128, 4096);
-    let surface = Surface::new(mesh);
+    let surface = PictureSurface::new(mesh);
     let mut bytes = vec![0; Scene::need(surface.faces.len(), &BinnedBuilder) + exposure_need(options.rays)];
     let mut scratch = Scratch::new(&mut bytes);
     let scene = Scene::new(&surface.points, &surface.faces, &BinnedBuilder, &mut scratch)
@@ -103,39 +99,8 @@ pub fn sheet(mesh: &PictureMesh, options: &SheetOptions, workers: &dyn Workers) 
 /// Ink of a figure that should be 0.
 const BAD: Rgb = [200, 20, 30];
 
-/// Four views around the mesh and one from above; a mesh says nowhere where its front is, so axes name them.
-pub(super) fn cameras(z_up: bool) -> [Camera; 5] {
-    // 40 degrees to the side, 22 degrees from above.
-    const SIDE: (f32, f32) = (0.642_787_6, 0.766_044_4);
-    const ABOVE: (f32, f32) = (0.374_606_6, 0.927_183_9);
-    let [near, far, above] = if z_up { ["-Y", "+Y", "+Z"] } else { ["+Z", "-Z", "+Y"] };
-    let turn = |v: Vec3| if z_up { Vec3::new(v.x, -v.z, v.y) } else { v };
-    let camera = |name, right: Vec3, up: Vec3| Camera { name, right: turn(right), up: turn(up) };
-    let three_quarter = |name, sin: f32| {
-        let back = Vec3::new(sin * ABOVE.1, ABOVE.0, SIDE.1 * ABOVE.1); // out of the picture
-        let right = Vec3::new(SIDE.1, 0.0, -sin);
-        camera(name, right, back.cross(right))
-    };
-    [
-        camera(near, Vec3::X, Vec3::Y),
-        three_quarter("LEFT", -SIDE.0),
-        three_quarter("RIGHT", SIDE.0),
-        camera(far, -Vec3::X, Vec3::Y),
-        camera(above, Vec3::X, -Vec3::Z),
-    ]
-}
-
-/// One scale for all views: the widest fills its tile but for a margin.
-pub(super) fn pixel_width(surface: &Surface, cameras: &[Camera], tile: usize) -> f32 {
-    let extent = |camera: &Camera| {
-        let (low, high) = camera.bounds(surface.faces.iter().flatten().map(|v| surface.points[*v as usize]));
-        (high - low).max_element()
-    };
-    cameras.iter().map(extent).fold(1e-3, f32::max) * 1.08 / tile as f32
-}
-
 /// Cells along the unit square, so that one is 1/[`CELLS_ACROSS`] of the mesh's extent on average.
-fn cells(surface: &Surface) -> f64 {
+fn cells(surface: &PictureSurface) -> f64 {
     let flat = surface.uv.iter().flatten().filter(|t| t[0].is_finite());
     let flat: f64 = flat.map(|t| (t[1] - t[0]).perp_dot(t[2] - t[0]).abs() * 0.5).sum();
     let cells = CELLS_ACROSS * 0.5 * (surface.area / flat).sqrt(); // the extent is 2
@@ -143,7 +108,7 @@ fn cells(surface: &Surface) -> f64 {
 }
 
 /// Vertices of faces, and those of seams.
-fn vertices(surface: &Surface) -> (Vec<u32>, Vec<u32>) {
+fn vertices(surface: &PictureSurface) -> (Vec<u32>, Vec<u32>) {
     let unique = |all: &mut Vec<u32>| {
         all.sort_unstable();
         all.dedup();
@@ -157,7 +122,7 @@ fn vertices(surface: &Surface) -> (Vec<u32>, Vec<u32>) {
 }
 
 /// Names and values for the corner of the sheet.
-fn figures(surface: &Surface, exposure: &[f32], atlas: &atlas::Atlas) -> Vec<(&'static str, String)> {
+fn figures(surface: &PictureSurface, exposure: &[f32], atlas: &atlas::DrawnAtlas) -> Vec<(&'static str, String)> {
     let (mut length, mut visible) = (0.0, 0.0);
     for (edge, _) in surface.edges.iter().zip(&surface.is_seam).filter(|(_, seam)| **seam) {
         let [a, b] = edge.map(|v| v as usize);
@@ -237,7 +202,7 @@ mod tests {
     #[test]
     fn the_ridge_is_the_seam_and_each_roof_a_chart() {
         let uv = uv();
-        let surface = Surface::new(&mesh(Some(&uv)));
+        let surface = PictureSurface::new(&mesh(Some(&uv)));
         assert_eq!(surface.chart_count, 2);
         assert_eq!(surface.chart, [0, 0, 1, 1]);
         let seams: Vec<_> = surface.edges.iter().zip(&surface.is_seam).filter(|(_, s)| **s).collect();
@@ -253,10 +218,11 @@ mod tests {
         let mut uv = uv();
         uv[2] = uv[0];
         uv[3] = [uv[1][1], uv[1][0], uv[1][2]];
-        let drawn = atlas::draw(&Surface::new(&mesh(Some(&uv))), 64, &Serial);
+        let drawn = atlas::draw(&PictureSurface::new(&mesh(Some(&uv))), 64, &Serial);
         assert!(drawn.overlap > 0.9);
         let flipped = |uv: &[[DVec2; 3]]| {
-            let surface = Surface { chart: vec![0, 0, 1, 1], chart_count: 2, ..Surface::new(&mesh(Some(uv))) };
+            let surface =
+                PictureSurface { chart: vec![0, 0, 1, 1], chart_count: 2, ..PictureSurface::new(&mesh(Some(uv))) };
             atlas::draw(&surface, 64, &Serial).flipped
         };
         uv[2] = [DVec2::new(0.5, 0.5), DVec2::new(0.9, 0.5), DVec2::new(0.9, 0.9)];

@@ -29,7 +29,7 @@ pub struct PictureMesh<'a> {
 }
 
 /// The prepared mesh. Faces are the input's without those left out.
-pub struct Surface {
+pub struct PictureSurface {
     pub points: Vec<Vec3>,              // (n), joined and scaled
     pub normals: Vec<Vec3>,             // (n)
     pub exposure: Option<Vec<f32>>,     // (n)
@@ -44,7 +44,7 @@ pub struct Surface {
     pub area: f64,
 }
 
-impl Surface {
+impl PictureSurface {
     pub fn new(mesh: &PictureMesh) -> Self {
         let (points, joined) = join(mesh.positions);
         let finite = |v: &u32| mesh.positions.get(*v as usize).is_some_and(|p| p.is_finite());

@@ -1,8 +1,8 @@
 //! One orthographic view of the surface: rays once a sample, shaded in several ways.
 
-use super::colour::{self, PAPER, SEAM, linear, srgb};
 use super::seams::Lines;
-use super::surface::Surface;
+use super::surface::PictureSurface;
+use crate::base::colour::{self, PAPER, SEAM, linear, srgb};
 use glam::{DVec2, Vec2, Vec3};
 use seamwright_core::base::workers::{Workers, for_each_chunk};
 use seamwright_core::mesh::view::NONE;
@@ -45,7 +45,7 @@ impl Camera {
 
 /// What a sample sees.
 #[derive(Clone, Copy)]
-struct Sample {
+struct ViewSample {
     face: u32, // NONE: the background
     weights: [f32; 3],
     is_seam: bool,
@@ -53,7 +53,7 @@ struct Sample {
 
 /// What is drawn, and how the checkerboard lies on it.
 pub struct Look<'a> {
-    pub surface: &'a Surface,
+    pub surface: &'a PictureSurface,
     pub exposure: &'a [f32], // (n)
     pub scene: &'a Scene<'a>,
     pub lines: &'a Lines,
@@ -80,21 +80,21 @@ pub fn render(look: &Look, camera: &Camera, size: usize, pixel: f32, workers: &d
     pixels
 }
 
-fn see(look: &Look, camera: &Camera, at: Vec2, pixel: f32) -> Sample {
+fn see(look: &Look, camera: &Camera, at: Vec2, pixel: f32) -> ViewSample {
     let ray =
         Ray { origin: camera.right * at.x + camera.up * at.y - camera.ahead() * DISTANCE, direction: camera.ahead() };
     match look.scene.closest(&ray) {
-        None => Sample { face: NONE, weights: [0.0; 3], is_seam: false },
+        None => ViewSample { face: NONE, weights: [0.0; 3], is_seam: false },
         Some(hit) => {
             let corners = look.surface.faces[hit.face as usize].map(|v| look.surface.points[v as usize]);
             let point = corners[0] * hit.weights[0] + corners[1] * hit.weights[1] + corners[2] * hit.weights[2];
-            Sample { face: hit.face, weights: hit.weights, is_seam: look.lines.near(point, pixel) }
+            ViewSample { face: hit.face, weights: hit.weights, is_seam: look.lines.near(point, pixel) }
         }
     }
 }
 
 /// Linear light for each of [`ROWS`].
-fn shade(look: &Look, camera: &Camera, sample: &Sample, height: f32) -> [Vec3; 4] {
+fn shade(look: &Look, camera: &Camera, sample: &ViewSample, height: f32) -> [Vec3; 4] {
     if sample.face == NONE {
         return [linear(PAPER) * (1.0 - 0.12 * height); 4];
     }

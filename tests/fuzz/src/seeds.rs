@@ -1,7 +1,7 @@
 //! Seeds: small shapes of known kinds in the bytes that the targets read, and the files of `fixtures/`.
 
-use seamwright::learning::Trainer;
-use seamwright::map_file;
+use seamwright::training::map_file;
+use seamwright::training::trainer::Trainer;
 use seamwright_core::learn::backbone::Widths;
 use seamwright_core::learn::train::Settings;
 use std::fs;

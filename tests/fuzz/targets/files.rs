@@ -4,13 +4,15 @@
 
 use glam::{DVec2, DVec3};
 use libfuzzer_sys::fuzz_target;
-use seamwright::args::LearningArgs;
-use seamwright::failure::Failure;
-use seamwright::learning::Trainer;
-use seamwright::load::{Loaded, load, load_obj};
-use seamwright::measure::{Polygons, measure};
-use seamwright::mesh::Mesh;
-use seamwright::{labels, map_file};
+use seamwright::args::learning::LearningArgs;
+use seamwright::base::failure::Failure;
+use seamwright::figures::measure::measure;
+use seamwright::formats::labels;
+use seamwright::formats::loaded::{Loaded, load, load_obj};
+use seamwright::mesh::polygons::Mesh;
+use seamwright::mesh::view::PolygonView;
+use seamwright::training::map_file;
+use seamwright::training::trainer::Trainer;
 use seamwright_fuzz::ENDINGS;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -67,7 +69,7 @@ fn read(path: &Path) {
     assert_eq!(again.mesh().corner_uv.as_deref(), Some(&uv[..]), "other UVs");
     if let Some(corner_uv) = mesh.corner_uv.as_deref() {
         let Mesh { positions, corners, polygon_start, .. } = mesh;
-        let polygons = Polygons { positions, corners, polygon_start, corner_uv: Some(corner_uv) };
+        let polygons = PolygonView { positions, corners, polygon_start, corner_uv: Some(corner_uv) };
         measure("a", polygons, None, 16).expect("a mesh that was read can be measured");
     }
 }
@@ -96,7 +98,7 @@ fn labelled(path: &Path) {
         polygon_start: vec![0, 4, 8],
         corner_uv: None,
     };
-    if let Some(labels) = refused(labels::read("--labels", path, &mesh, Path::new("strip.obj")), path) {
+    if let Some(labels) = refused(labels::read::read("--labels", path, &mesh, Path::new("strip.obj")), path) {
         assert!(labels.label.len() == 2 && labels.label.iter().all(|l| (*l as usize) < labels.names.len()));
     }
 }

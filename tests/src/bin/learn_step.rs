@@ -5,7 +5,7 @@
 //! threads, which other programs on the machine disturb less. `--train` times a whole training by a preset instead, with its
 //! losses. See tests/bench/learn_step.py for PyTorch, tests/bench/products for matrix products alone.
 
-use seamwright::threads::Pool;
+use seamwright::run::threads::Pool;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::learn::adamw;
 use seamwright_core::learn::backbone::{Widths, initialise};

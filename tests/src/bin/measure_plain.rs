@@ -3,7 +3,9 @@
 //! `measure_plain FILE.obj [RESOLUTION [EXPOSURE]]`, EXPOSURE being little-endian f32, one a vertex. Prints JSON; the time
 //! of the measurement alone goes to the standard error.
 
-use seamwright::measure::{Exposure, Weighting, json, measure};
+use seamwright::figures::measure::measure;
+use seamwright::figures::record::json;
+use seamwright::figures::sampled::{SampledExposure, Weighting};
 use seamwright_core::judge::measure::RESOLUTION;
 use seamwright_tests::plain_obj::PlainObj;
 use std::{env, fs, time::Instant};
@@ -17,7 +19,7 @@ fn main() {
         let bytes = fs::read(file).expect("the exposure can be read");
         bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().expect("four bytes"))).collect()
     });
-    let exposure = values.as_ref().map(|values| Exposure { values, weighting: Weighting::Uniform });
+    let exposure = values.as_ref().map(|values| SampledExposure { values, weighting: Weighting::Uniform });
     let start = Instant::now();
     let record = measure(path, mesh.polygons(), exposure, resolution).expect("the mesh can be measured");
     eprintln!("{:.3} s", start.elapsed().as_secs_f64());

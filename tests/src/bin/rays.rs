@@ -2,7 +2,7 @@
 //!
 //! The mesh is centred and scaled so that its largest coordinate is 1, as `bench/embree_rays.py` does for libigl.
 
-use seamwright::hierarchy::ObvhsBuilder;
+use seamwright::run::hierarchy::ObvhsBuilder;
 use seamwright_core::base::{scratch::Scratch, workers::Serial};
 use seamwright_core::mesh::normals::{NormalWeight, vertex_normals};
 use seamwright_core::mesh::view::MeshView;

@@ -1,7 +1,7 @@
 //! Bytes and numbers of a glTF: buffers from the container, data URIs and files; accessors with every bound checked.
 
-use super::super::FormatError;
 use super::document::{Accessor, Document};
+use crate::formats::error::FormatError;
 use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
@@ -43,7 +43,7 @@ impl<'a> Buffers<'a> {
 
     fn items(&self, accessor: &Accessor, width: usize) -> Option<Vec<f64>> {
         let Accessor { byte_offset, count, .. } = *accessor;
-        let kind = Kind::of(accessor.component_type)?;
+        let kind = ComponentType::of(accessor.component_type)?;
         let shape = ["SCALAR", "VEC2", "VEC3", "VEC4"].get(width.checked_sub(1)?)?;
         if accessor.sparse.is_some() || accessor.shape != *shape {
             return None;
@@ -65,7 +65,7 @@ impl<'a> Buffers<'a> {
 
 /// Type of a number.
 #[derive(Clone, Copy)]
-enum Kind {
+enum ComponentType {
     I8,
     U8,
     I16,
@@ -74,36 +74,36 @@ enum Kind {
     F32,
 }
 
-impl Kind {
+impl ComponentType {
     fn of(code: u32) -> Option<Self> {
         Some(match code {
-            5120 => Kind::I8,
-            5121 => Kind::U8,
-            5122 => Kind::I16,
-            5123 => Kind::U16,
-            5125 => Kind::U32,
-            5126 => Kind::F32,
+            5120 => ComponentType::I8,
+            5121 => ComponentType::U8,
+            5122 => ComponentType::I16,
+            5123 => ComponentType::U16,
+            5125 => ComponentType::U32,
+            5126 => ComponentType::F32,
             _ => return None,
         })
     }
 
     fn size(self) -> usize {
         match self {
-            Kind::I8 | Kind::U8 => 1,
-            Kind::I16 | Kind::U16 => 2,
-            Kind::U32 | Kind::F32 => 4,
+            ComponentType::I8 | ComponentType::U8 => 1,
+            ComponentType::I16 | ComponentType::U16 => 2,
+            ComponentType::U32 | ComponentType::F32 => 4,
         }
     }
 
     /// What a normalised 1 is stored as.
     fn largest(self) -> f64 {
         match self {
-            Kind::I8 => f64::from(i8::MAX),
-            Kind::U8 => f64::from(u8::MAX),
-            Kind::I16 => f64::from(i16::MAX),
-            Kind::U16 => f64::from(u16::MAX),
-            Kind::U32 => f64::from(u32::MAX),
-            Kind::F32 => 1.0,
+            ComponentType::I8 => f64::from(i8::MAX),
+            ComponentType::U8 => f64::from(u8::MAX),
+            ComponentType::I16 => f64::from(i16::MAX),
+            ComponentType::U16 => f64::from(u16::MAX),
+            ComponentType::U32 => f64::from(u32::MAX),
+            ComponentType::F32 => 1.0,
         }
     }
 
@@ -112,10 +112,10 @@ impl Kind {
         all[..word.len()].copy_from_slice(word);
         let bits = u32::from_le_bytes(all);
         match self {
-            Kind::I8 => f64::from(bits as i8),
-            Kind::I16 => f64::from(bits as i16),
-            Kind::U8 | Kind::U16 | Kind::U32 => f64::from(bits),
-            Kind::F32 => f64::from(f32::from_bits(bits)),
+            ComponentType::I8 => f64::from(bits as i8),
+            ComponentType::I16 => f64::from(bits as i16),
+            ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => f64::from(bits),
+            ComponentType::F32 => f64::from(f32::from_bits(bits)),
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Indices are what the file says; whoever follows one checks it.
 
-use super::super::FormatError;
+use crate::formats::error::FormatError;
 use serde::Deserialize;
 
 /// What this reader understands and a file may require.
@@ -14,9 +14,9 @@ pub struct Document {
     pub asset: Asset,
     pub extensions_required: Vec<String>,
     pub scene: Option<usize>,
-    pub scenes: Vec<Scene>,
-    pub nodes: Vec<Node>,
-    pub meshes: Vec<Mesh>,
+    pub scenes: Vec<GltfScene>,
+    pub nodes: Vec<GltfNode>,
+    pub meshes: Vec<GltfMesh>,
     pub materials: Vec<Material>,
     pub accessors: Vec<Accessor>,
     pub buffer_views: Vec<BufferView>,
@@ -30,13 +30,13 @@ pub struct Asset {
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub struct Scene {
+pub struct GltfScene {
     pub nodes: Vec<usize>,
 }
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub struct Node {
+pub struct GltfNode {
     pub name: Option<String>,
     pub mesh: Option<usize>,
     pub children: Vec<usize>,
@@ -47,7 +47,7 @@ pub struct Node {
 }
 
 #[derive(Deserialize)]
-pub struct Mesh {
+pub struct GltfMesh {
     pub name: Option<String>,
     pub primitives: Vec<Primitive>,
 }
@@ -74,12 +74,12 @@ pub struct Attributes {
 #[serde(rename_all = "camelCase", default)]
 pub struct Material {
     pub name: Option<String>,
-    pub pbr_metallic_roughness: Option<Look>,
+    pub pbr_metallic_roughness: Option<GltfLook>,
 }
 
 #[derive(Deserialize, Default)]
 #[serde(rename_all = "camelCase", default)]
-pub struct Look {
+pub struct GltfLook {
     pub base_color_factor: Option<[f64; 4]>,
 }
 

@@ -1,0 +1,31 @@
+//! The words of `apply`.
+
+use super::run::RunArgs;
+use super::settings::SettingsArgs;
+use clap::Args;
+use std::path::PathBuf;
+
+/// `apply`.
+#[derive(Debug, Args)]
+pub struct ApplyArgs {
+    /// The mesh that the maps were trained on, or a finer one in the same place
+    pub mesh: PathBuf,
+    /// Maps that `unwrap --save-map` wrote
+    #[arg(long, value_name = "FILE")]
+    pub map: PathBuf,
+    /// The OBJ to write
+    #[arg(short, long, value_name = "OUT.obj")]
+    pub output: PathBuf,
+    /// How the atlas is made.
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+    /// Also draw the result
+    #[arg(long, value_name = "OUT.png")]
+    pub sheet: Option<PathBuf>,
+    /// Also write a report; - is standard output
+    #[arg(long, value_name = "REPORT.json|-")]
+    pub json: Option<PathBuf>,
+    /// How it runs.
+    #[command(flatten)]
+    pub run: RunArgs,
+}

@@ -1,0 +1,79 @@
+//! How the atlas is made, as asked.
+
+use clap::{Args, ValueEnum};
+use seamwright_core::pipeline;
+
+/// How the atlas is made.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct SettingsArgs {
+    /// Mean distortion to stay below: symmetric Dirichlet energy over 4, where 1 is an isometry. Lower: more seams
+    #[arg(long, value_name = "BOUND", default_value_t = pipeline::Settings::default().distortion, value_parser = distortion)]
+    pub distortion: f64,
+    /// Charts of each connected piece
+    #[arg(long, value_enum, default_value_t = ChartsArg::Few)]
+    pub charts: ChartsArg,
+    /// How charts are placed
+    #[arg(long, value_enum, default_value_t = PackingArg::Tight)]
+    pub packing: PackingArg,
+    /// Side of the texture in texels
+    #[arg(long, value_name = "TEXELS", default_value_t = pipeline::Settings::default().size, value_parser = clap::value_parser!(u32).range(16..=65536))]
+    pub size: u32,
+    /// Empty texels between charts
+    #[arg(long, value_name = "TEXELS", default_value_t = pipeline::Settings::default().padding)]
+    pub padding: u32,
+    /// Exposure rays of each vertex
+    #[arg(long, value_name = "COUNT", default_value_t = pipeline::Settings::default().rays, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub rays: u32,
+    /// Seed of every random choice
+    #[arg(long, default_value_t = pipeline::Settings::default().seed)]
+    pub seed: u64,
+}
+
+/// Charts of each connected piece.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ChartsArg {
+    /// As many as hide the seams best
+    Few,
+    /// One, where the bound and a flat layout without overlap allow it
+    One,
+}
+
+/// How charts are placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PackingArg {
+    /// Equal texel density, rotated, into one another's gaps
+    Tight,
+    /// One cell of a square grid a chart
+    Grid,
+}
+
+impl SettingsArgs {
+    /// As core takes them.
+    pub fn to_core(self) -> pipeline::Settings {
+        pipeline::Settings {
+            distortion: self.distortion,
+            charts: match self.charts {
+                ChartsArg::Few => pipeline::Charts::Few,
+                ChartsArg::One => pipeline::Charts::One,
+            },
+            packing: match self.packing {
+                PackingArg::Tight => pipeline::Packing::Tight,
+                PackingArg::Grid => pipeline::Packing::Grid,
+            },
+            size: self.size,
+            padding: self.padding,
+            rays: self.rays,
+            seed: self.seed,
+            ..pipeline::Settings::default()
+        }
+    }
+}
+
+/// A bound that something can satisfy.
+fn distortion(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(bound) if bound > 1.0 && bound.is_finite() => Ok(bound),
+        Ok(_) => Err("the bound must be above 1, which is no distortion at all; 1.025 is the default".into()),
+        Err(_) => Err("not a number; write for example 1.025".into()),
+    }
+}

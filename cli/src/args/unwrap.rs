@@ -1,0 +1,49 @@
+//! The words of `unwrap`.
+
+use super::learning::LearningArgs;
+use super::method::MethodArg;
+use super::parts::{PartsArg, parts_or_off};
+use super::run::RunArgs;
+use super::settings::SettingsArgs;
+use clap::Args;
+use std::path::PathBuf;
+
+/// `unwrap`.
+#[derive(Debug, Args)]
+pub struct UnwrapArgs {
+    /// The mesh (.obj, .ply, .stl, .glb, .gltf). Existing UVs are replaced
+    pub mesh: PathBuf,
+    /// The OBJ to write. May be the input itself: everything but the UVs of an OBJ stays byte for byte as it was
+    #[arg(short, long, value_name = "OUT.obj")]
+    pub output: PathBuf,
+    /// What makes the map
+    #[arg(long, value_enum, default_value_t = MethodArg::Exact)]
+    pub method: MethodArg,
+    /// How the atlas is made.
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+    /// How maps are trained.
+    #[command(flatten)]
+    pub learning: LearningArgs,
+    /// Cut along the borders of the object's parts: off, auto, a number of parts, or published (see `segment`)
+    #[arg(long, value_name = "N|auto|off", default_value = "off", value_parser = parts_or_off)]
+    pub parts: PartsArg,
+    /// Cut along the borders of these parts: .seg, .json, or a coloured .ply or .glb of the mesh
+    #[arg(long, value_name = "FILE", conflicts_with = "parts")]
+    pub labels: Option<PathBuf>,
+    /// Put each chart of the OBJ in a group named after its part and chart
+    #[arg(long)]
+    pub groups: bool,
+    /// Keep the borders of the UVs that the file has as cuts
+    #[arg(long)]
+    pub keep_seams: bool,
+    /// Also draw the result
+    #[arg(long, value_name = "OUT.png")]
+    pub sheet: Option<PathBuf>,
+    /// Also write a report; - is standard output
+    #[arg(long, value_name = "REPORT.json|-")]
+    pub json: Option<PathBuf>,
+    /// How it runs.
+    #[command(flatten)]
+    pub run: RunArgs,
+}

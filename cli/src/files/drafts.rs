@@ -1,0 +1,191 @@
+//! Outputs that appear whole or not at all.
+//!
+//! Each output is written to a temporary file in its own folder. [`Drafts::publish`] renames them all once the last one
+//! is complete, so a failure or Ctrl-C before that leaves every path as it was. A symbolic link stays a link: the file
+//! that it points to is replaced. What is no regular file (a pipe, `/dev/null`) is written in place, at publishing.
+//! Limits: the renames of several outputs are one after the other; a power cut between two leaves the first.
+
+use crate::base::failure::Failure;
+use std::fs::{self, File, Permissions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use tempfile::{Builder, NamedTempFile};
+
+/// Complete outputs that nobody sees yet.
+#[derive(Default)]
+pub struct Drafts {
+    drafts: Vec<Draft>,
+}
+
+struct Draft {
+    flag: &'static str,
+    path: PathBuf,
+    text: Text,
+}
+
+enum Text {
+    Beside(NamedTempFile),
+    InPlace(Vec<u8>),
+}
+
+/// Finds out, before the work, whether `path` can be written: a temporary file is made in its folder and removed.
+/// `flag` is what the message names.
+pub fn check(flag: &'static str, path: &Path) -> Result<(), Failure> {
+    match place(path) {
+        Ok(Place::Beside(target)) => temporary(&target).map(drop),
+        Ok(Place::InPlace) => Ok(()),
+        Err(e) => Err(e),
+    }
+    .map_err(|e| Failure::output(flag, path, &e))
+}
+
+impl Drafts {
+    /// None yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Writes one output in full by `write`; nothing shows at `path` before [`publish`](Self::publish).
+    pub fn add(
+        &mut self,
+        flag: &'static str,
+        path: &Path,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        let draft = || -> io::Result<Draft> {
+            match place(path)? {
+                Place::Beside(target) => {
+                    let mut out = BufWriter::with_capacity(1 << 16, temporary(&target)?);
+                    write(&mut out)?;
+                    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+                    file.as_file().sync_all()?;
+                    Ok(Draft { flag, path: target, text: Text::Beside(file) })
+                }
+                Place::InPlace => {
+                    let mut out = Vec::new();
+                    write(&mut out)?;
+                    Ok(Draft { flag, path: path.to_path_buf(), text: Text::InPlace(out) })
+                }
+            }
+        };
+        self.drafts.push(draft().map_err(|e| Failure::output(flag, path, &e))?);
+        Ok(())
+    }
+
+    /// Puts every output in its place: what is written in place first, since that may fail where a rename does not.
+    pub fn publish(mut self) -> Result<(), Failure> {
+        self.drafts.sort_by_key(|draft| matches!(draft.text, Text::Beside(_)));
+        for Draft { flag, path, text } in self.drafts {
+            match text {
+                Text::Beside(file) => file.persist(&path).map(drop).map_err(|e| e.error),
+                Text::InPlace(bytes) => File::create(&path).and_then(|mut file| file.write_all(&bytes)),
+            }
+            .map_err(|e| Failure::output(flag, &path, &e))?;
+        }
+        Ok(())
+    }
+}
+
+/// How a path is written.
+enum Place {
+    /// By renaming a file over it; links are followed.
+    Beside(PathBuf),
+    /// By opening it.
+    InPlace,
+}
+
+fn place(path: &Path) -> io::Result<Place> {
+    match fs::metadata(path) {
+        Ok(data) if data.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(data) if data.is_file() && data.permissions().readonly() => Err(io::ErrorKind::PermissionDenied.into()),
+        Ok(data) if data.is_file() => fs::canonicalize(path).map(Place::Beside),
+        Ok(_) => Ok(Place::InPlace),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(Place::Beside(path.to_path_buf())),
+        Err(e) => Err(e),
+    }
+}
+
+/// An empty file in the folder of `target`, with the permissions that `target` has or would get.
+fn temporary(target: &Path) -> io::Result<NamedTempFile> {
+    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = Builder::new();
+    builder.prefix(".seamwright-").suffix(".tmp");
+    let permissions = fs::metadata(target).map(|data| data.permissions()).ok().or_else(usual_permissions);
+    if let Some(permissions) = permissions {
+        builder.permissions(permissions);
+    }
+    builder.tempfile_in(folder)
+}
+
+/// What a new file gets before the user's mask.
+#[cfg(unix)]
+fn usual_permissions() -> Option<Permissions> {
+    use std::os::unix::fs::PermissionsExt;
+    Some(Permissions::from_mode(0o666))
+}
+
+#[cfg(not(unix))]
+fn usual_permissions() -> Option<Permissions> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entries(folder: &Path) -> usize {
+        fs::read_dir(folder).unwrap().count()
+    }
+
+    #[test]
+    fn nothing_shows_before_publishing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        fs::write(&path, "old").unwrap();
+        let mut drafts = Drafts::new();
+        drafts.add("-o", &path, |out| out.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        drafts.publish().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(entries(folder.path()), 1);
+    }
+
+    #[test]
+    fn a_failed_write_leaves_no_trace() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        let mut drafts = Drafts::new();
+        let failed = drafts.add("-o", &path, |out| {
+            out.write_all(b"half")?;
+            Err(io::ErrorKind::StorageFull.into())
+        });
+        assert_eq!(failed.map_err(|e| e.code()), Err(4));
+        assert_eq!(entries(folder.path()), 0);
+    }
+
+    #[test]
+    fn a_folder_that_is_missing_or_in_the_way_is_refused_beforehand() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(check("-o", folder.path()).map_err(|e| e.code()), Err(4));
+        assert_eq!(check("-o", &folder.path().join("no/a.obj")).map_err(|e| e.code()), Err(4));
+        assert_eq!(check("-o", &folder.path().join("a.obj")), Ok(()));
+        assert_eq!(entries(folder.path()), 0);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_links_and_permissions_stay() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("a.obj"), folder.path().join("b.obj"));
+        fs::write(&file, "old").unwrap();
+        fs::set_permissions(&file, Permissions::from_mode(0o640)).unwrap();
+        symlink(&file, &link).unwrap();
+        let mut drafts = Drafts::new();
+        drafts.add("-o", &link, |out| out.write_all(b"new")).unwrap();
+        drafts.publish().unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
+    }
+}

@@ -1,0 +1,79 @@
+//! An OBJ from scratch, for meshes that were not read from one.
+//!
+//! Coordinates that came as floats are written as floats: the shortest decimal that reads back the same.
+
+use super::write::{UvTable, write_corner};
+use crate::formats::groups::Groups;
+use crate::mesh::polygons::Mesh;
+use glam::DVec2;
+use std::io::{self, Write};
+
+/// Writes vertices, UVs and polygons; each of `labels` is a line before its polygon, in order, and `groups` stand after
+/// them. A UV that is not finite is left out of its corner.
+///
+/// Panics unless `corner_uv` has one entry for each corner.
+pub fn compose(
+    out: &mut dyn Write,
+    mesh: &Mesh,
+    labels: &[(usize, String)],
+    corner_uv: &[DVec2],
+    groups: Option<&Groups>,
+) -> io::Result<()> {
+    assert_eq!(corner_uv.len(), mesh.corners.len(), "one UV a corner");
+    for p in &mesh.positions {
+        out.write_all(b"v")?;
+        p.to_array().iter().try_for_each(|x| write_coordinate(out, *x))?;
+        out.write_all(b"\n")?;
+    }
+    let table = UvTable::new(corner_uv);
+    table.write_lines(out, b"\n")?;
+    let mut labels = labels.iter().peekable();
+    for (p, polygon) in mesh.polygons().enumerate() {
+        let mut changed = false;
+        while let Some((_, text)) = labels.next_if(|(place, _)| *place <= p) {
+            writeln!(out, "{text}")?;
+            changed = true;
+        }
+        if let Some(name) = groups.and_then(|groups| groups.name(p, changed)) {
+            writeln!(out, "g {name}")?;
+        }
+        out.write_all(b"f")?;
+        for c in polygon {
+            out.write_all(b" ")?;
+            write_corner(out, mesh.corners[c], table.corner_texture[c], 0)?;
+        }
+        out.write_all(b"\n")?;
+    }
+    Ok(())
+}
+
+fn write_coordinate(out: &mut dyn Write, x: f64) -> io::Result<()> {
+    let float = x as f32;
+    if f64::from(float) == x { write!(out, " {float}") } else { write!(out, " {x}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::read::read;
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn what_is_composed_reads_back() {
+        let mesh = Mesh {
+            positions: vec![DVec3::new(0.1f32.into(), 0.1, -1e-30), DVec3::X, DVec3::Y, DVec3::ONE],
+            corners: vec![0, 1, 3, 2],
+            polygon_start: vec![0, 4],
+            corner_uv: Some(vec![DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y]),
+        };
+        let mut out = Vec::new();
+        compose(&mut out, &mesh, &[(0, "o a".into())], mesh.corner_uv.as_deref().unwrap(), None).unwrap();
+        let back = read(out).unwrap().mesh;
+        assert_eq!(back.positions[0].x as f32, 0.1);
+        assert_eq!(back.positions[0].y, 0.1);
+        assert_eq!(
+            (back.corners, back.polygon_start, back.corner_uv),
+            (mesh.corners, mesh.polygon_start, mesh.corner_uv)
+        );
+    }
+}

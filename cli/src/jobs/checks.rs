@@ -1,0 +1,78 @@
+//! What is checked before the work: settings that fit together, and outputs that fall on nothing and can be written.
+
+use super::job::Job;
+use crate::base::failure::Failure;
+use crate::files::drafts;
+use crate::files::paths::{is_stdout, same_file};
+use seamwright_core::pipeline::Settings;
+use std::fs;
+use std::path::Path;
+
+impl Job {
+    /// Settings that contradict each other are refused.
+    pub fn check_settings(&self) -> Result<(), Failure> {
+        let Settings { size, padding, .. } = self.settings;
+        if padding.saturating_mul(4) > size {
+            return Err(Failure::Usage(format!(
+                "--padding {padding}: too wide for --size {size}; a quarter of the size at the most"
+            )));
+        }
+        Ok(())
+    }
+
+    /// No output may fall on another, nor the picture or the report on the input.
+    pub fn check_paths(&self, input: &Path) -> Result<(), Failure> {
+        let named = |path: &Path, ending: &str| {
+            let special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
+            special || path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
+        };
+        if !named(&self.output, "obj") {
+            let text = "only OBJ is written; name a file that ends in .obj";
+            return Err(Failure::Usage(format!("-o {}: {text}", self.output.display())));
+        }
+        if let Some(path) = self.sheet.as_deref().filter(|path| !named(path, "png")) {
+            return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", path.display())));
+        }
+        let json = self.json.as_deref().filter(|path| !is_stdout(path));
+        let sheet = self.sheet.as_deref();
+        let (map, curves) = (self.save_map.as_deref(), self.curves.as_deref());
+        if let Some(path) = curves.filter(|path| !named(path, "png")) {
+            return Err(Failure::Usage(format!("--curves {}: name a file that ends in .png", path.display())));
+        }
+        let clashes = [
+            ("--save-map", map, "the mesh", Some(input)),
+            ("--curves", curves, "the mesh", Some(input)),
+            ("--save-map", map, "-o", Some(self.output.as_path())),
+            ("--save-map", map, "--sheet", sheet),
+            ("--save-map", map, "--json", json),
+            ("--save-map", map, "--curves", curves),
+            ("--curves", curves, "-o", Some(self.output.as_path())),
+            ("--curves", curves, "--sheet", sheet),
+            ("--curves", curves, "--json", json),
+            ("--sheet", sheet, "the mesh", Some(input)),
+            ("--json", json, "the mesh", Some(input)),
+            ("--sheet", sheet, "-o", Some(self.output.as_path())),
+            ("--json", json, "-o", Some(self.output.as_path())),
+            ("--json", json, "--sheet", sheet),
+        ];
+        for (flag, path, other, place) in clashes {
+            if let (Some(path), Some(place)) = (path, place)
+                && same_file(path, place)
+            {
+                let text = format!("{flag} {}: the same file as {other}; choose another", path.display());
+                return Err(Failure::Usage(text));
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds out whether all outputs can be written.
+    pub(super) fn check_outputs(&self) -> Result<(), Failure> {
+        drafts::check("-o", &self.output)?;
+        let others = [("--sheet", &self.sheet), ("--save-map", &self.save_map), ("--curves", &self.curves)];
+        for (flag, path) in others {
+            path.as_deref().map_or(Ok(()), |path| drafts::check(flag, path))?;
+        }
+        self.json.as_deref().filter(|path| !is_stdout(path)).map_or(Ok(()), |path| drafts::check("--json", path))
+    }
+}

@@ -1,0 +1,9 @@
+//! Meshes in memory, whatever file they came from.
+//!
+//! - [`polygons`]: a mesh as its file has it
+//! - [`view`]: the same, held by somebody else
+//! - [`fans`]: its triangles
+
+pub mod fans;
+pub mod polygons;
+pub mod view;

@@ -1,0 +1,77 @@
+//! What went in and what was asked, for the report.
+
+use crate::args::method::MethodArg;
+use crate::formats::loaded::Loaded;
+use seamwright_core::pipeline::{Charts, Packing, Settings};
+use serde::Serialize;
+
+/// What was read.
+#[derive(Debug, Serialize)]
+pub struct InputReport {
+    /// Path as given.
+    pub file: String,
+    /// Vertices of the file, merged or not.
+    pub vertices: usize,
+    /// Polygons of three or more corners.
+    pub polygons: usize,
+    /// Corners of these polygons.
+    pub corners: usize,
+    /// Whether it had UVs.
+    pub has_uv: bool,
+}
+
+/// What was asked.
+#[derive(Debug, Serialize)]
+#[expect(missing_docs, reason = "the names are the command line's")]
+pub struct SettingsReport {
+    pub method: &'static str,
+    pub distortion: f64,
+    pub charts: &'static str,
+    pub packing: &'static str,
+    pub size: u32,
+    pub padding: u32,
+    pub rays: u32,
+    pub seed: u64,
+    pub parts: String,
+    pub keep_seams: bool,
+    pub threads: usize,
+}
+
+impl InputReport {
+    /// What was read.
+    pub fn new(loaded: &Loaded) -> Self {
+        let mesh = loaded.mesh();
+        Self {
+            file: loaded.path.display().to_string(),
+            vertices: mesh.positions.len(),
+            polygons: mesh.polygon_count(),
+            corners: mesh.corners.len(),
+            has_uv: mesh.corner_uv.is_some(),
+        }
+    }
+}
+
+impl SettingsReport {
+    /// What was asked.
+    pub fn new(method: MethodArg, settings: &Settings, keep_seams: bool, threads: usize) -> Self {
+        Self {
+            method: method.name(),
+            distortion: settings.distortion,
+            charts: match settings.charts {
+                Charts::Few => "few",
+                Charts::One => "one",
+            },
+            packing: match settings.packing {
+                Packing::Tight => "tight",
+                Packing::Grid => "grid",
+            },
+            size: settings.size,
+            padding: settings.padding,
+            rays: settings.rays,
+            seed: settings.seed,
+            parts: "off".into(),
+            keep_seams,
+            threads,
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! An atlas of a loaded mesh, by core's pipeline.
+
+use super::errors::refusal;
+use super::hierarchy::ObvhsBuilder;
+use super::memory::with_enough;
+use super::progress::Reporter;
+use super::stop::stop_requested;
+use crate::args::method::MethodArg;
+use crate::base::failure::Failure;
+use crate::formats::loaded::Loaded;
+use crate::mesh::polygons::Mesh;
+use crate::training::trainer::Trainer;
+use glam::DVec2;
+use seamwright_core::base::scratch::Scratch;
+use seamwright_core::base::workers::Workers;
+use seamwright_core::pipeline::learned::{MOST, learned_need};
+use seamwright_core::pipeline::{Input, Method, Output, Report, Settings, unwrap_by, unwrap_need};
+
+/// A UV atlas of a mesh.
+pub struct Atlas {
+    /// UV of each corner, on a grid of 2^-24.
+    pub corner_uv: Vec<DVec2>, // (c)
+    /// Chart of each polygon.
+    pub polygon_chart: Vec<u32>, // (p)
+    /// Exposure of each vertex, 1 open.
+    pub exposure: Vec<f32>, // (n)
+    /// What was done.
+    pub report: Report,
+}
+
+/// Makes the atlas of `loaded` with the exact method; see [`make_by`].
+pub fn make(
+    loaded: &Loaded,
+    parts: Option<&[u32]>,
+    keep_seams: bool,
+    settings: &Settings,
+    workers: &dyn Workers,
+    progress: &mut Reporter,
+) -> Result<Atlas, Failure> {
+    make_by(MethodArg::Exact, None, loaded, parts, keep_seams, settings, workers, progress)
+}
+
+/// Makes the atlas of `loaded`, with the borders of `parts` (one a polygon) as cuts where there are
+/// any. With `keep_seams` the borders of its own UVs stay cuts.
+#[allow(clippy::too_many_arguments)]
+pub fn make_by(
+    method: MethodArg,
+    mut trainer: Option<&mut Trainer>,
+    loaded: &Loaded,
+    parts: Option<&[u32]>,
+    keep_seams: bool,
+    settings: &Settings,
+    workers: &dyn Workers,
+    progress: &mut Reporter,
+) -> Result<Atlas, Failure> {
+    let mesh = if keep_seams { loaded.mapped()?.0 } else { loaded.polygons()? };
+    let input = Input {
+        positions: &mesh.positions,
+        corners: &mesh.corners,
+        polygon_start: &mesh.polygon_start,
+        kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
+        parts,
+    };
+    let mut atlas = empty(mesh);
+    let triangles = mesh.corners.len().saturating_sub(2 * mesh.polygon_count());
+    let learned = trainer.as_ref().map_or(0, |t| learned_need(triangles, mesh.positions.len(), &t.settings, MOST));
+    let need = unwrap_need(&input, settings, &ObvhsBuilder).saturating_add(learned);
+    let result = with_enough(need, |bytes| {
+        let output = Output {
+            corner_uv: &mut atlas.corner_uv,
+            polygon_chart: &mut atlas.polygon_chart,
+            exposure: &mut atlas.exposure,
+        };
+        let Some(trainer) = &mut trainer else {
+            return unwrap_by(
+                Method::Exact,
+                output,
+                &input,
+                settings,
+                &ObvhsBuilder,
+                Scratch::new(bytes),
+                workers,
+                progress,
+            );
+        };
+        let mut learning = trainer.learning();
+        let by = match method {
+            MethodArg::Exact => Method::Exact,
+            MethodArg::Neural => Method::Neural(&mut learning),
+            MethodArg::Hybrid => Method::Hybrid(&mut learning),
+        };
+        let report = unwrap_by(by, output, &input, settings, &ObvhsBuilder, Scratch::new(bytes), workers, progress);
+        trainer.summary = learning.summary;
+        report
+    })?;
+    atlas.report = result.map_err(|e| refusal(loaded, e))?;
+    if stop_requested() { Err(Failure::Stopped) } else { Ok(atlas) }
+}
+
+fn empty(mesh: &Mesh) -> Atlas {
+    Atlas {
+        corner_uv: vec![DVec2::ZERO; mesh.corners.len()],
+        polygon_chart: vec![0; mesh.polygon_count()],
+        exposure: vec![0.0; mesh.positions.len()],
+        report: Report::default(),
+    }
+}

@@ -1,0 +1,130 @@
+//! Progress for people: bars on a terminal, a line a stage elsewhere, nothing when quiet.
+//!
+//! Everything goes to standard error, so that standard output holds data alone.
+
+use super::stop::{stop_requested, take_stop};
+use core::ops::ControlFlow;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use seamwright_core::base::progress::{Progress, Stage};
+use std::io::{IsTerminal, Write, stderr};
+use std::time::{Duration, Instant};
+
+/// How the run is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Show {
+    /// A bar that is redrawn.
+    Bar,
+    /// A line for each finished stage.
+    Lines,
+    /// Nothing.
+    Nothing,
+}
+
+impl Show {
+    /// What suits standard error.
+    pub fn fitting(quiet: bool) -> Self {
+        match (quiet, stderr().is_terminal()) {
+            (true, _) => Show::Nothing,
+            (false, true) => Show::Bar,
+            (false, false) => Show::Lines,
+        }
+    }
+}
+
+/// Shows reports and keeps the time of each stage.
+pub struct Reporter {
+    show: Show,
+    bar: ProgressBar,
+    current: Option<(Stage, Instant)>,
+    times: Vec<StageTime>,
+    note: String,
+}
+
+/// How long a stage took, all its visits together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StageTime {
+    /// Name of the stage.
+    pub stage: &'static str,
+    /// Wall time.
+    pub time: Duration,
+}
+
+impl Reporter {
+    /// Shows nothing before the first report.
+    pub fn new(show: Show) -> Self {
+        let target = if show == Show::Bar { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(0), target);
+        if let Ok(style) = ProgressStyle::with_template("{prefix:9} [{bar:32}] {percent:>3} %  {elapsed} {msg}") {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        Self { show, bar, current: None, times: Vec::new(), note: String::new() }
+    }
+
+    /// Ends the last stage and gives the times, in the order of each stage's first report.
+    pub fn finish(&mut self) -> &[StageTime] {
+        self.end_stage();
+        self.bar.finish_and_clear();
+        &self.times
+    }
+
+    /// A line for people, not shown when quiet.
+    pub fn say(&self, text: &str) {
+        if self.show != Show::Nothing {
+            // A closed standard error is no reason to fail.
+            self.bar.suspend(|| writeln!(stderr(), "{text}").unwrap_or_default());
+        }
+    }
+
+    fn end_stage(&mut self) {
+        let Some((stage, since)) = self.current.take() else { return };
+        let (name, time) = (stage.name(), since.elapsed());
+        if self.show == Show::Lines {
+            self.say(format!("{name:9} {:8.2} s  {}", time.as_secs_f64(), self.note).trim_end());
+        }
+        match self.times.iter_mut().find(|t| t.stage == name) {
+            Some(known) => known.time += time,
+            None => self.times.push(StageTime { stage: name, time }),
+        }
+    }
+}
+
+impl Progress for Reporter {
+    fn report(&mut self, stage: Stage, done: usize, total: usize) -> ControlFlow<()> {
+        if self.current.is_none_or(|(current, _)| current != stage) {
+            self.end_stage();
+            self.current = Some((stage, Instant::now()));
+            self.bar.set_prefix(stage.name());
+            self.bar.set_message("");
+            self.note.clear();
+        }
+        self.bar.set_length(total as u64);
+        self.bar.set_position(done as u64);
+        // Training ends early with what it has, and the run goes on: the wish is granted.
+        let stops = if stage == Stage::Learn { take_stop() } else { stop_requested() };
+        if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn note(&mut self, text: core::fmt::Arguments) {
+        self.note = text.to_string();
+        let left = self.current.filter(|_| self.bar.position() > 0).map_or(String::new(), |(_, since)| {
+            let (done, total) = (self.bar.position() as f64, self.bar.length().unwrap_or(0) as f64);
+            format!("{:.0} s left, ", since.elapsed().as_secs_f64() / done * (total - done).max(0.0))
+        });
+        self.bar.set_message(format!("{left}{text}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stage_that_comes_back_is_counted_once() {
+        let mut reporter = Reporter::new(Show::Nothing);
+        for stage in [Stage::Cut, Stage::Flatten, Stage::Cut] {
+            assert_eq!(reporter.report(stage, 0, 1), ControlFlow::Continue(()));
+        }
+        let names: Vec<_> = reporter.finish().iter().map(|t| t.stage).collect();
+        assert_eq!(names, ["cut", "flatten"]);
+    }
+}
