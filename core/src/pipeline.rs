@@ -18,11 +18,10 @@ use crate::mesh::fill::{fill_dropped, fill_dropped_need};
 use crate::mesh::frame::to_own_frame;
 use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::overlap::overlaps_need;
-use crate::mesh::repair::{
-    self, Counts, FORCED, Facing, Polygons, RepairError, Working, repair, repair_need,
-};
+use crate::mesh::repair::{self, Counts, FORCED, Facing, Polygons, RepairError, Working, repair, repair_need};
 use crate::mesh::view::NONE;
-use crate::price::cost::prices;
+use crate::price::cost::{prices, prices_need};
+use crate::price::given::{EdgeData, HardEdges, OnMesh};
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
 use crate::rays::exposure::{ExposureSettings, exposure, exposure_need};
@@ -30,7 +29,7 @@ use glam::{DVec2, DVec3, Vec3};
 use learned::{Learning, Scene as Learner, hybrid, neural};
 use place::place;
 
-/// The user's mesh: polygons over positions, nothing merged.
+/// The user's mesh: polygons over positions, nothing merged. [`Input::new`] fills what a caller has nothing to say about.
 #[derive(Clone, Copy)]
 pub struct Input<'a> {
     /// Vertex positions in the user's units; finite.
@@ -45,9 +44,20 @@ pub struct Input<'a> {
     /// chart where that can be. Charts are numbered by part, see [`order::order_charts`]. Polygons beyond the list are one
     /// part of their own.
     pub parts: Option<&'a [u32]>, // (p)
+    /// What the file or the caller says of edges: normals, weights, cuts.
+    pub edges: EdgeData<'a>,
+    /// How far positions may be from what they stand for, in the user's units: half the last digit of a file. 0: exact, or
+    /// unknown.
+    pub tolerance: f64,
 }
 
 impl<'a> Input<'a> {
+    /// Polygons with nothing said about them.
+    pub fn new(positions: &'a [DVec3], corners: &'a [u32], polygon_start: &'a [u32]) -> Self {
+        let edges = EdgeData::default();
+        Self { positions, corners, polygon_start, kept_uv: None, parts: None, edges, tolerance: 0.0 }
+    }
+
     fn polygons(&self) -> Polygons<'a> {
         let Input { positions, corners, polygon_start, kept_uv, .. } = *self;
         Polygons { positions, corners, polygon_start, kept_uv }
@@ -102,6 +112,8 @@ pub struct Settings {
     pub effort: f64,
     /// Exposure rays a vertex.
     pub rays: u32,
+    /// What is made of shading breaks in [`Input::edges`].
+    pub hard_edges: HardEdges,
     /// Seed of every random value.
     pub seed: u64,
 }
@@ -116,6 +128,7 @@ impl Default for Settings {
             padding: 2,
             effort: 1.0,
             rays: 512,
+            hard_edges: HardEdges::Prefer,
             seed: 0,
         }
     }
@@ -256,13 +269,14 @@ pub fn unwrap_need(input: &Input, settings: &Settings, bvh: &dyn BuildBvh) -> us
 pub fn need_for(counts: &Counts, settings: &Settings, bvh: &dyn BuildBvh) -> usize {
     let triangles = counts.triangles;
     let vertices = (counts.vertices.max(triangles) + 64).min(3 * triangles);
+    let prices = prices_need(triangles);
     let rays = 3 * bytes_for::<DVec3>(vertices) + Scene::need(triangles, bvh) + exposure_need(settings.rays as usize);
     let pieces = pieces_need(triangles) + make_charts_need(triangles, vertices) + 64 * triangles;
     let packing = pack_need(triangles, triangles.min(CHARTS_FORESEEN), &settings.pack()) + overlaps_need(triangles);
     let atlas = pieces_need(triangles) + 17 * 3 * triangles + 4096 + pieces.max(packing + 60 * 3 * triangles);
     repair_need(counts)
         .saturating_add(bytes_for::<DVec3>(vertices) + bytes_for::<f64>(3 * triangles) + bytes_for::<f32>(vertices))
-        .saturating_add(rays.max(atlas).max(fill_dropped_need(counts)))
+        .saturating_add(rays.max(prices).max(atlas).max(fill_dropped_need(counts)))
 }
 
 /// Charts for which [`unwrap_need`] holds packing memory.
@@ -312,14 +326,19 @@ pub fn unwrap_by(
     expose(open, &working, settings, bvh, scratch.frame(), workers, progress)?;
     share_exposure(output.exposure, open, &working);
     let is_blind = matches!(&method, Method::Neural(l) if l.is_blind());
-    prices(cost, working.mesh(), working.fixed, if is_blind { None } else { Some(open) });
+    let given = OnMesh::new(input.edges, &polygons, &working);
+    let seen = if is_blind { None } else { Some(&*open) };
+    let tolerance = input.tolerance / working.extent * placed.scale();
+    prices(cost, &working, &given, settings.hard_edges, seen, tolerance, scratch.frame())?;
     let mut done = Report { repaired, ..Report::default() };
     let mut frame = scratch.frame();
     let forced = frame.take::<u8>(working.twin.len())?;
+    let requires = settings.hard_edges == HardEdges::Require;
     let part = |face: u32| input.parts.map(|p| p.get(working.polygon[face as usize] as usize).copied().unwrap_or(NONE));
     for (h, (out, mark)) in forced.iter_mut().zip(working.fixed).enumerate() {
         let twin = working.twin[h];
-        *out = u8::from(*mark == FORCED || twin != NONE && part(h as u32 / 3) != part(twin / 3));
+        let wanted = || given.is_cut(h as u32) || requires && given.broken(h as u32) > 0.0;
+        *out = u8::from(*mark == FORCED || twin != NONE && (part(h as u32 / 3) != part(twin / 3) || wanted()));
     }
     let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
     let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces

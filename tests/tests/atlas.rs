@@ -35,7 +35,7 @@ struct Atlas {
 
 fn input(mesh: &Mesh) -> Input<'_> {
     let Mesh { positions, corners, polygon_start, .. } = mesh;
-    Input { positions, corners, polygon_start, kept_uv: None, parts: None }
+    Input::new(positions, corners, polygon_start)
 }
 
 /// With as many bytes as asked for and `more`.

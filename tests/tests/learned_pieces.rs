@@ -41,8 +41,7 @@ fn run(lanes: usize, threads: usize) -> (Vec<DVec2>, Vec<f32>, usize) {
         }
     }
     let polygon_start: Vec<u32> = (0..=corners.len() as u32 / 4).map(|k| 4 * k).collect();
-    let input =
-        Input { positions: &positions, corners: &corners, polygon_start: &polygon_start, kept_uv: None, parts: None };
+    let input = Input::new(&positions, &corners, &polygon_start);
     let settings = Settings { rays: 16, ..Settings::default() };
     // Wide, so that a piece in training takes more than all the exact stages leave free.
     let trained = train::Settings {

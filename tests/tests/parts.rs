@@ -18,7 +18,7 @@ use seamwright_tests::shapes;
 /// Charts of polygons and UVs of corners, on the grid, which is the fastest packing.
 fn atlas(mesh: &Mesh, parts: &[u32], workers: &dyn Workers) -> (Vec<u32>, Vec<DVec2>) {
     let Mesh { positions, corners, polygon_start, .. } = mesh;
-    let input = Input { positions, corners, polygon_start, kept_uv: None, parts: Some(parts) };
+    let input = Input { parts: Some(parts), ..Input::new(positions, corners, polygon_start) };
     let settings = Settings { rays: 64, packing: Packing::Grid, ..Settings::default() };
     let mut bytes = vec![0; unwrap_need(&input, &settings, &ObvhsBuilder)];
     let (mut corner_uv, mut polygon_chart) = (vec![DVec2::NAN; corners.len()], vec![0; parts.len()]);
@@ -33,7 +33,7 @@ fn atlas(mesh: &Mesh, parts: &[u32], workers: &dyn Workers) -> (Vec<u32>, Vec<DV
 /// Part and diameter of every polygon, by the shape alone.
 fn found(mesh: &Mesh, workers: &dyn Workers) -> (Vec<u32>, Vec<f32>) {
     let Mesh { positions, corners, polygon_start, .. } = mesh;
-    let input = Input { positions, corners, polygon_start, kept_uv: None, parts: None };
+    let input = Input::new(positions, corners, polygon_start);
     let (mut part, mut diameter) = (vec![0; mesh.polygon_count()], vec![0.0; mesh.polygon_count()]);
     let mut bytes = vec![0; parts_of_polygons_need(&input, &ObvhsBuilder)];
     let out = Parts { part: &mut part, diameter: &mut diameter };

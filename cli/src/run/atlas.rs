@@ -55,11 +55,9 @@ pub fn make_by(
 ) -> Result<Atlas, Failure> {
     let mesh = if keep_seams { loaded.mapped()?.0 } else { loaded.polygons()? };
     let input = Input {
-        positions: &mesh.positions,
-        corners: &mesh.corners,
-        polygon_start: &mesh.polygon_start,
         kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
         parts,
+        ..Input::new(&mesh.positions, &mesh.corners, &mesh.polygon_start)
     };
     let mut atlas = empty(mesh);
     let triangles = mesh.corners.len().saturating_sub(2 * mesh.polygon_count());

@@ -55,7 +55,7 @@ pub fn given(
 fn run(loaded: &Loaded, source: Source, workers: &dyn Workers, progress: &mut Reporter) -> Result<MeshParts, Failure> {
     let mesh = loaded.polygons()?;
     let Mesh { positions, corners, polygon_start, .. } = mesh;
-    let input = Input { positions, corners, polygon_start, kept_uv: None, parts: None };
+    let input = Input::new(positions, corners, polygon_start);
     let (mut part, mut diameter) = (vec![0; mesh.polygon_count()], vec![0.0; mesh.polygon_count()]);
     let result = with_enough(parts_of_polygons_need(&input, &ObvhsBuilder), |bytes| {
         let out = polygons::Parts { part: &mut part, diameter: &mut diameter };

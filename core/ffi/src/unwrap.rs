@@ -128,7 +128,7 @@ unsafe fn run(
     let mut scratch = Scratch::new(bytes);
     let polygon_start = starts.list(&mut scratch).map_err(|e| Fault::scratch(e.need, e.given, given))?;
     let Surface { positions, corners, kept_uv, parts } = mesh;
-    let input = Input { positions, corners, polygon_start, kept_uv, parts };
+    let input = Input { kept_uv, parts, ..Input::new(positions, corners, polygon_start) };
     let done = pipeline::unwrap(output, &input, &settings, &BinnedBuilder, scratch, host, &mut Listener(host))
         .map_err(|e| Fault::of_unwrap(e, given))?;
     Ok(SeamwrightReport {

@@ -107,7 +107,7 @@ fn by_core(call: &Call) -> (Vec<u64>, Vec<u32>, Vec<u32>) {
     let triangles: Vec<_> = (0..=call.chart.len() as u32).map(|p| 3 * p).collect();
     let polygon_start = if call.polygon_start.is_empty() { &triangles } else { &call.polygon_start };
     let corners = &call.corners;
-    let input = Input { positions: &positions, corners, polygon_start, kept_uv: None, parts: None };
+    let input = Input::new(&positions, corners, polygon_start);
     let settings = Settings::default();
     let mut uv = vec![DVec2::ZERO; corners.len()];
     let (mut chart, mut exposure) = (vec![0; call.chart.len()], vec![0.0; positions.len()]);

@@ -30,6 +30,11 @@ impl OwnFrame {
         DVec3::from(self.axes.map(|a| a.dot(d))) * self.scale
     }
 
+    /// Length in the frame of a unit.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// The point that [`OwnFrame::place`] takes to `p`, but for rounding.
     pub fn back(&self, p: DVec3) -> DVec3 {
         let [x, y, z] = self.axes;

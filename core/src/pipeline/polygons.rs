@@ -216,13 +216,7 @@ mod tests {
 
     fn run(source: Source, less: usize) -> Result<(usize, Vec<u32>, Vec<f32>), UnwrapError> {
         let (positions, corners, polygon_start) = cube();
-        let input = Input {
-            positions: &positions,
-            corners: &corners,
-            polygon_start: &polygon_start,
-            kept_uv: None,
-            parts: None,
-        };
+        let input = Input::new(&positions, &corners, &polygon_start);
         let (mut part, mut diameter) = (vec![9; 7], vec![9.0; 7]);
         let mut bytes = vec![0; parts_of_polygons_need(&input, &BinnedBuilder) - less];
         let out = Parts { part: &mut part, diameter: &mut diameter };
@@ -257,7 +251,7 @@ mod tests {
         let (mut positions, corners, polygon_start) = cube();
         positions.iter_mut().for_each(|p| *p = (*p - 0.5) * f64::MAX * 2.0);
         let (positions, corners, polygon_start) = (&positions, &corners, &polygon_start);
-        let input = Input { positions, corners, polygon_start, kept_uv: None, parts: None };
+        let input = Input::new(positions, corners, polygon_start);
         let (mut part, mut diameter) = ([0; 7], [f32::NAN; 7]);
         let mut bytes = vec![0; parts_of_polygons_need(&input, &BinnedBuilder)];
         let (out, scratch) = (Parts { part: &mut part, diameter: &mut diameter }, Scratch::new(&mut bytes));
@@ -269,7 +263,7 @@ mod tests {
     fn outputs_of_another_length_are_an_error() {
         let (positions, corners, polygon_start) = cube();
         let (positions, corners, polygon_start) = (&positions, &corners, &polygon_start);
-        let input = Input { positions, corners, polygon_start, kept_uv: None, parts: None };
+        let input = Input::new(positions, corners, polygon_start);
         for (parts, diameters, given) in [(6, 7, 6), (7, 8, 8)] {
             let out = Parts { part: &mut vec![0; parts], diameter: &mut vec![0.0; diameters] };
             let (bvh, scratch) = (&BinnedBuilder, Scratch::new(&mut []));

@@ -111,7 +111,7 @@ impl Case {
     pub fn input(&self) -> Input<'_> {
         let (kept_uv, parts) = (self.kept_uv.as_deref(), self.parts.as_deref());
         let Self { positions, corners, polygon_start, .. } = self;
-        Input { positions, corners, polygon_start, kept_uv, parts }
+        Input { kept_uv, parts, ..Input::new(positions, corners, polygon_start) }
     }
 
     /// As an OBJ, to look at and to keep.

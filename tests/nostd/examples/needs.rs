@@ -24,7 +24,7 @@ fn main() {
         let polygon_start: Vec<u32> = (0..=faces as u32).map(|f| 3 * f).collect();
         let (positions, corners, polygon_start) = (&positions[..], &corners[..], &polygon_start[..]);
         let polygons = Polygons { positions, corners, polygon_start, kept_uv: None };
-        let input = Input { positions, corners, polygon_start, kept_uv: None, parts: None };
+        let input = Input::new(positions, corners, polygon_start);
         let unwrap = |packing| unwrap_need(&input, &Settings { packing, ..Settings::default() }, &BinnedBuilder);
         let tiny = Training { widths: Widths { hidden: 8, code: 4 }, batch: 64, ..Training::DRAFT };
         let needs = [

@@ -104,7 +104,7 @@ pub fn stages(
     let polygon_start = scratch.take::<u32>(faces.len() + 1)?;
     polygon_start.iter_mut().enumerate().for_each(|(i, start)| *start = 3 * i as u32);
     let corners = faces.as_flattened();
-    let input = Input { positions, corners, polygon_start, kept_uv: None, parts: None };
+    let input = Input::new(positions, corners, polygon_start);
 
     let part = scratch.take::<u32>(faces.len())?;
     let diameter = scratch.take::<f32>(faces.len())?;
