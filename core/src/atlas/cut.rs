@@ -149,7 +149,28 @@ fn cut_where_not_disks(
     }
     let joined = scratch.take::<u8>(n)?; // vertices on the cut graph so far
     cut_handles(cut, joined, loops, loop_count, component, surface, scratch.frame())?;
-    join(cut, joined, tip, loops, component, count, surface, scratch)
+    join(cut, joined, tip, loops, component, count, surface, scratch)?;
+    lengthen_single_edges(cut, surface);
+    Ok(())
+}
+
+/// Lengthens slits of one edge in closed components. Such a disk has a border of two corners, which no circle holds apart: a
+/// map needs three that are not on one line.
+fn lengthen_single_edges(cut: &mut [u8], surface: &Surface) {
+    for c in 0..cut.len() as u32 {
+        let t = surface.twin[c as usize];
+        let is_single =
+            cut[c as usize] != 0 && c < t && surface.following(cut, c) == t && surface.following(cut, t) == c;
+        if !is_single {
+            continue;
+        }
+        let ends = [surface.mesh.vertex(c), surface.mesh.vertex(next(c))];
+        let beside = ends.into_iter().flat_map(|v| surface.edges_at(v)).filter(|(_, w)| !ends.contains(w));
+        let cheapest = beside.min_by(|a, b| surface.cost[a.0 as usize].total_cmp(&surface.cost[b.0 as usize]));
+        if let Some((edge, _)) = cheapest {
+            surface.set_cut(cut, edge, true);
+        }
+    }
 }
 
 /// Cuts on where cuts have left charts that are not disks: each chart by itself, as a mesh whose border the cuts are.
@@ -240,7 +261,7 @@ fn find_tips(
             }
         }
         far.iter_mut().for_each(|v| *v = if *v == NONE { 0 } else { *v });
-        if round == 1 {
+        if round <= 1 {
             // The two ends of a long path.
             far.iter().for_each(|v| tip[*v as usize] = 1);
         }

@@ -2,8 +2,10 @@
 //!
 //! Tutte's embedding has no flips in exact arithmetic; in f64 a long thin limb can shrink below what can be told apart.
 //! A chart that flips is parted into two of about equal numbers of faces, from its two ends, until none does.
+//! The same ends a search whose charts have faces beyond a limit that no more cutting has mended.
 //! Guarantee: disks without flips, or charts of one polygon.
 
+use super::bound::flat_area;
 use super::charts::{Charts, Work, work_on};
 use super::cut::disks_again;
 use super::relax::Stop;
@@ -25,8 +27,22 @@ pub fn flatten_all(
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
-    let faces = surface.mesh.faces.len();
-    let changed = scratch.take_filled::<u8>(faces, 1)?;
+    let changed = scratch.take_filled::<u8>(surface.mesh.faces.len(), 1)?;
+    flatten_below(uv, cut, changed, f64::INFINITY, surface, scratch, workers)
+}
+
+/// Flattens the charts that hold a face marked in `changed`; those with a face whose energy is not below `most` then are
+/// halved until there is none.
+pub fn flatten_below(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    changed: &mut [u8], // (f)
+    most: f64,
+    surface: &Surface,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), ScratchTooSmall> {
+    let flat = flat_area(surface.rest);
     for _ in 0..HALVINGS {
         {
             let mut frame = scratch.frame();
@@ -34,9 +50,14 @@ pub fn flatten_all(
             let touched = |k: usize| charts.faces_of(k).iter().any(|f| changed[*f as usize] != 0);
             work_on(uv, surface, cut, &charts, touched, Work::Flatten(FIRST_STOP), frame, workers)?;
         }
+        let here = &*uv;
+        let is_bad = |f: usize| {
+            let energy = surface.rest[f].energy([here[3 * f], here[3 * f + 1], here[3 * f + 2]]);
+            // What has no area to speak of counts where it is turned over, not where it is out of shape.
+            !energy.is_finite() || energy >= most && surface.rest[f].area > flat
+        };
         changed.fill(0);
-        let bad = |f: usize| !surface.rest[f].energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]).is_finite();
-        if halve(cut, changed, surface, bad, scratch.frame())? == 0 {
+        if halve(cut, changed, surface, is_bad, scratch.frame())? == 0 {
             break;
         }
         disks_again(cut, surface, scratch.frame())?;

@@ -16,12 +16,12 @@ use super::cut::cut_to_disks;
 use super::energy::{Rest, even_out};
 use super::extend::extend;
 use super::glue::{Limits, glue_need, glue_small};
-use super::halving::flatten_all;
+use super::halving::{flatten_all, flatten_below};
 use super::patch::{SEEDS, patch_need, relax_patch};
 use super::proxy::{proxy_costs, proxy_costs_need};
 use super::relax::Stop;
 use super::slide::Slides;
-use super::split::split_overlaps;
+use super::split::{Split, split_overlaps};
 use super::surface::Surface;
 use super::transfer::{transfer, transfer_need};
 use super::zip::{Goal, Which, zip, zip_need};
@@ -214,9 +214,7 @@ impl Search<'_> {
         mut scratch: Scratch,
     ) -> Result<(), SeamError> {
         for _ in 0..rounds {
-            if !(self.proceed)() {
-                return Err(SeamError::Stopped);
-            }
+            self.proceed()?;
             self.changed.fill(0);
             if split(self.cut, self.changed, self.uv, self.surface, scratch.frame())? == 0 {
                 break;
@@ -254,18 +252,31 @@ impl Search<'_> {
     }
 
     /// Splits charts until none overlaps itself.
-    fn part_overlaps(&mut self, scratch: Scratch) -> Result<(), SeamError> {
-        let workers = self.workers;
-        let split = |cut: &mut [u8], changed: &mut [u8], uv: &[DVec2], surface: &Surface, scratch: Scratch| {
-            split_overlaps(cut, changed, uv, surface, scratch, workers)
-        };
-        self.repeat(SPLITS, split, scratch)
+    fn part_overlaps(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
+        for round in 0.. {
+            self.proceed()?;
+            self.changed.fill(0);
+            let how = if round < SPLITS { Split::Cheapest } else { Split::Halves };
+            let Self { uv, cut, changed, surface, workers, .. } = self;
+            let found = split_overlaps(cut, changed, uv, surface, how, scratch.frame(), *workers)?;
+            // What is left are polygons that overlap themselves.
+            if found == 0 || !self.changed.contains(&1) {
+                break;
+            }
+            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+        }
+        Ok(())
     }
 
     /// Splits charts until none is bulky or overlaps itself.
     fn part_bulky(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
         self.repeat(COMPACTIONS, split_bulky, scratch.frame())?;
         self.part_overlaps(scratch)
+    }
+
+    /// Asks whether to go on.
+    fn proceed(&mut self) -> Result<(), SeamError> {
+        if (self.proceed)() { Ok(()) } else { Err(SeamError::Stopped) }
     }
 
     /// Glues small charts to neighbours as far as the budget allows.
@@ -298,9 +309,7 @@ impl Search<'_> {
             return Ok(());
         }
         for round in 0..CAP_ROUNDS {
-            if !(self.proceed)() {
-                return Err(SeamError::Stopped);
-            }
+            self.proceed()?;
             self.changed.fill(0);
             if round > 0
                 && extend(self.cut, self.changed, self.uv, self.surface, most, PATHS_FAR, scratch.frame())? == 0
@@ -314,14 +323,25 @@ impl Search<'_> {
                 break;
             }
         }
+        self.end_above(most, scratch.frame())?;
         self.part_overlaps(scratch)
+    }
+
+    /// Flattens the charts anew that have faces above `most` whatever was cut, and halves those that have them even so: a
+    /// map can be stuck far from where it would be at rest.
+    fn end_above(&mut self, most: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+        self.changed.fill(0);
+        energies(self.uv, self.surface.rest).filter(|(_, e)| *e > most).for_each(|(f, _)| self.changed[f] = 1);
+        if self.changed.contains(&1) {
+            let Self { uv, cut, changed, surface, workers, .. } = self;
+            flatten_below(uv, cut, changed, most, surface, scratch.frame(), *workers)?;
+        }
+        Ok(())
     }
 
     /// Takes out cuts that the bound does not need.
     fn zip(&mut self, budget: Budget, which: Which, scratch: Scratch) -> Result<(), SeamError> {
-        if !(self.proceed)() {
-            return Err(SeamError::Stopped);
-        }
+        self.proceed()?;
         let bound = budget.distortion;
         let distortion = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
         let goal = Goal {
@@ -346,9 +366,7 @@ impl Search<'_> {
             let rest = frame.take::<Rest>(self.surface.rest.len())?;
             self.changed.fill(1);
             for _ in 0..CONCENTRATIONS {
-                if !(self.proceed)() {
-                    return Err(SeamError::Stopped);
-                }
+                self.proceed()?;
                 rest.copy_from(self.surface.rest);
                 gather(rest, self.uv);
                 self.relax(GATHER_STOP, rest, frame.frame())?;

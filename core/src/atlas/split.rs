@@ -6,6 +6,8 @@
 //! Guarantee: a disk that is split gives two disks. Limit: one split a chart a call; the caller repeats.
 
 use super::charts::Charts;
+use super::cut::disks_again;
+use super::halving::halve;
 use super::surface::Surface;
 use super::wedge_paths::{Go, WedgePaths};
 use crate::base::real::for_decision;
@@ -72,12 +74,23 @@ struct Clash {
     area: f64,
 }
 
-/// Splits each overlapping chart once and marks a face of each part in `changed`; returns how many faces overlapped before.
+/// How an overlapping chart is parted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Split {
+    /// Along the cheapest path between what overlaps; where there is none, in halves.
+    Cheapest,
+    /// In halves of about equal numbers of faces: ends after few rounds, whatever lies on what.
+    Halves,
+}
+
+/// Splits each overlapping chart once and marks faces of its parts in `changed`; returns how many faces overlapped before.
+/// A chart of one polygon stays as it is.
 pub fn split_overlaps(
     cut: &mut [u8],
     changed: &mut [u8],
     uv: &[DVec2],
     surface: &Surface,
+    how: Split,
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<usize, ScratchTooSmall> {
@@ -89,6 +102,12 @@ pub fn split_overlaps(
     if found == 0 {
         return Ok(0);
     }
+    if how == Split::Halves {
+        halve(cut, changed, surface, |f| partner[f] != NONE, scratch.frame())?;
+        disks_again(cut, surface, scratch)?;
+        return Ok(found);
+    }
+    let stuck = scratch.take::<u8>(faces)?;
     let region = scratch.take::<u32>(faces)?;
     regions(region, partner, cut, surface);
     let node = scratch.take::<u32>(3 * faces)?;
@@ -109,8 +128,14 @@ pub fn split_overlaps(
                 };
             }
         }
-        search.split(cut, changed, side, members, node, queue, surface);
+        if !search.split(cut, changed, side, members, node, queue, surface) {
+            stuck[clash.face as usize] = 1;
+        }
         members.iter().for_each(|f| side[*f as usize] = FREE);
+    }
+    if stuck.contains(&1) {
+        halve(cut, changed, surface, |f| stuck[f] != 0, scratch.frame())?;
+        disks_again(cut, surface, scratch)?;
     }
     Ok(found)
 }
@@ -186,7 +211,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Splits the chart of the faces `members`, of which `side` names X and Y.
+    /// Splits the chart of the faces `members`, of which `side` names X and Y; false where no path does.
     #[allow(clippy::too_many_arguments)]
     fn split(
         &mut self,
@@ -197,27 +222,27 @@ impl<'a> Search<'a> {
         node: &[u32],
         queue: &mut [u32],
         surface: &Surface,
-    ) {
+    ) -> bool {
         for wanted in [X, Y] {
             self.corridor(side, wanted, members, cut, queue, surface);
         }
         let starts = |c: &u32| side[(c / 3) as usize] == X && surface.is_open(cut, *c);
-        let Some(first) = members.iter().flat_map(|f| 3 * f..3 * f + 3).find(starts) else { return };
+        let Some(first) = members.iter().flat_map(|f| 3 * f..3 * f + 3).find(starts) else { return false };
         let mut len = 0;
         for c in surface.border(cut, first) {
             self.border[len] = c;
             self.position[node[c as usize] as usize] = len as u32;
             len += 1;
         }
-        if let Some(len) = NonZero::new(len) {
-            self.part(cut, changed, side, len, node, surface);
-        }
+        let parted = NonZero::new(len).is_some_and(|len| self.part(cut, changed, side, len, node, surface));
         for c in &self.border[..len] {
             self.position[node[*c as usize] as usize] = NONE;
         }
+        parted
     }
 
-    /// Cuts the cheapest path between the two arcs of the border (of `around` half-edges) that lie between X and Y.
+    /// Cuts the cheapest path between the two arcs of the border (of `around` half-edges) that lie between X and Y, if there
+    /// is one.
     fn part(
         &mut self,
         cut: &mut [u8],
@@ -226,11 +251,11 @@ impl<'a> Search<'a> {
         around: NonZero<usize>,
         node: &[u32],
         surface: &Surface,
-    ) {
+    ) -> bool {
         let len = around.get();
         let label = |i: usize| side[(self.border[i % around] / 3) as usize];
-        let Some((x0, x1)) = longest_run(len, 0, len, label, X) else { return };
-        let Some((y0, y1)) = longest_run(len, x1 + 1, len - (x1 + 1 - x0), label, Y) else { return };
+        let Some((x0, x1)) = longest_run(len, 0, len, label, X) else { return false };
+        let Some((y0, y1)) = longest_run(len, x1 + 1, len - (x1 + 1 - x0), label, Y) else { return false };
         // Arc A: after X up to Y; arc B: after Y up to X (positions count on past the end of the list).
         let (a, b) = ((x1 + 1, y0), (y1 + 1, x0 + len));
         let (position, border) = (&*self.position, &*self.border);
@@ -254,9 +279,11 @@ impl<'a> Search<'a> {
                 _ => Go::Around,
             },
         );
-        if end != NONE {
-            self.paths.cut_back(end, cut, changed, node, surface);
+        if end == NONE || self.paths.cost[end as usize] == f64::INFINITY {
+            return false;
         }
+        self.paths.cut_back(end, cut, changed, node, surface);
+        true
     }
 
     /// Joins the faces of `wanted` to the chart's border through the fewest faces, where none is on it yet.

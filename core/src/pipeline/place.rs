@@ -15,7 +15,8 @@ use crate::atlas::pack::{self, Placement};
 use crate::atlas::pieces::Pieces;
 use crate::atlas::settle::settle;
 use crate::atlas::snap::{close_slits, mark_rejoined, packing_step, straighten, uv_area};
-use crate::atlas::split::split_overlaps;
+use crate::atlas::split::{Split, split_overlaps};
+use crate::atlas::surface::Surface;
 use crate::base::progress::{Progress, Stage};
 use crate::base::real;
 use crate::base::scratch::Scratch;
@@ -33,6 +34,8 @@ const SPLITTING: usize = 7;
 /// Attempts that are packed with all effort; the others, which knots of slivers need, with [`LATER_EFFORT`] of it: a soup of
 /// ten polygons took twelve times the time of one packing.
 const CAREFUL: usize = 2;
+/// Splits along cheapest paths, one a chart, before charts that overlap are halved.
+const CHEAP_SPLITS: usize = 60;
 /// See [`CAREFUL`].
 const LATER_EFFORT: f64 = 0.05;
 
@@ -148,7 +151,7 @@ pub(super) fn place(
                 disks_again(cut, &surface, inner.frame())?;
             }
             if attempt < SPLITTING {
-                split_overlaps(cut, &mut changed[range.clone()], uv, &surface, inner.frame(), workers)?;
+                part_all(cut, &mut changed[range.clone()], uv, &surface, inner.frame(), workers)?;
             }
             let failing = &mut failing[range];
             if failing.contains(&1) {
@@ -158,6 +161,25 @@ pub(super) fn place(
     }
     report(progress, Stage::Check, ATTEMPTS, ATTEMPTS)?;
     if done.overlapping == 0 || !mends { Ok(()) } else { Err(UnwrapError::Overlap { faces: done.overlapping }) }
+}
+
+/// Splits charts of a piece until none overlaps itself: the UVs are those of the grid and stay.
+fn part_all(
+    cut: &mut [u8],
+    changed: &mut [u8],
+    uv: &[DVec2],
+    surface: &Surface,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), UnwrapError> {
+    for round in 0.. {
+        changed.fill(0);
+        let how = if round < CHEAP_SPLITS { Split::Cheapest } else { Split::Halves };
+        if split_overlaps(cut, changed, uv, surface, how, scratch.frame(), workers)? == 0 || !changed.contains(&1) {
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// Numbers the nodes and charts of all pieces together; returns how many of each.
