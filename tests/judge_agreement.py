@@ -98,7 +98,7 @@ def unwrap_with_xatlas(judge, path, out):
 
 
 def of_exposure(key):
-    return "_ao_" in key or key.startswith("visible")
+    return "_ao_" in key or key.startswith(("visible", "noticed"))
 
 
 def compare(judge, args, path, worst):
@@ -177,6 +177,47 @@ def hostile_maps():
 
     yield "half_collapsed", hill, np.c_[grid[:, 0], np.maximum(grid[:, 1] - 4, 0)], same(quads)
     yield "no_uv", hill, [], [[(v, None) for v, _ in f] for f in same(quads)]
+    yield ("cut_box", *cut_box(rng))
+
+
+def cut_box(rng):
+    """A box of 3 x 3 squares a side that turn by about a degree, cut along its edges but one and in all ways across its sides, a
+    square of it wound the other way; and a torus with a hole, in one chart."""
+    positions, uvs, faces, number = [], [], [], {}
+
+    def vertex(place):
+        if place not in number:
+            number[place] = len(positions)
+            positions.append(np.array(place) + rng.normal(0, 0.01, 3))
+        return number[place]
+
+    def face(places, uv):
+        faces.append([(vertex(p), len(uvs) + k) for k, p in enumerate(places)])
+        uvs.extend(uv)
+    for side in range(6):
+        axis, far = side // 2, side % 2
+        for i, j in np.ndindex(3, 3):
+            cell = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+            if (far == 0) != (axis == 1):                    # seen from outside, all are counter-clockwise
+                cell.reverse()
+            places = [p[:axis] + (3 * far,) + p[axis:] for p in cell]
+            uv = np.array(cell, float) + [side * 4, 0]
+            apart = [side == 1 and (i, j) == (1, 1),         # a hole
+                     side == 3 and i > 0,                    # a cut across
+                     side == 5 and (i, j) in ((0, 0), (1, 1))]  # a hole and a corner that touch
+            if any(apart):
+                uv = uv * 0.5 + [20 * i, 10 + 5 * j * (side != 3)]
+            if side in (0, 2):                               # unfolded along the edge that both have
+                uv = np.array([(p[0] - p[1], p[2] + 20) for p in places], float)
+            if side == 4 and (i, j) == (2, 1):
+                places, uv = places[::-1], uv[::-1]
+            face(places, uv)
+    ring = lambda i, j: (6 + (2 + (j % 4 < 2)) * math.cos(i % 5 * 1.2), (2 + (j % 4 < 2)) * math.sin(i % 5 * 1.2), 1.0 * (j % 4 in (1, 2)))
+    for i, j in np.ndindex(5, 4):
+        if (i, j) != (0, 0):
+            corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+            face([ring(*c) for c in corners], [(30 + c[0] % 5, c[1] % 4) for c in corners])
+    return positions, uvs, faces
 
 
 def record(judge, folder):

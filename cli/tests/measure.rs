@@ -36,11 +36,18 @@ fn one_file_is_an_object_and_its_exposure_is_that_of_the_flag() {
         (&2.into(), &1.into(), &64.into())
     );
     assert_eq!((&uniform["flipped_faces"], &uniform["overlapping_faces"]), (&0.into(), &0.into()));
+    // The seam turns by 45 degrees, and the ridge, as long, by 90.
+    for (key, value) in [("seam_flat_share", 0.0), ("seam_sharp_share", 1.0), ("sharp_seam_cover", 0.5)] {
+        assert_eq!(uniform[key], value, "{key}");
+    }
+    let [visible, noticed] = ["visible_seam_len_norm", "noticed_seam_len_norm"].map(|key| uniform[key].as_f64());
+    assert!((noticed.expect("a number") - 0.1 * visible.expect("a number")).abs() < 1e-12);
     let cosine = json(&measure(dir, &["tent.obj", "--json", "--exposure", "cosine"]));
     assert_eq!(cosine["exposure"], "cosine");
     assert_ne!(cosine["seam_ao_len"], uniform["seam_ao_len"]);
     let none = json(&measure(dir, &["tent.obj", "--json", "--exposure", "none"]));
     assert!(none.get("exposure").is_none() && none.get("seam_ao_len").is_none());
+    assert!(none.get("noticed_seam_len_norm").is_none() && none["seam_sharp_share"] == 1.0);
     assert_eq!(none["seam_length"], uniform["seam_length"]);
 }
 
@@ -77,7 +84,10 @@ fn the_report_of_an_unwrap_holds_the_figures_of_measure() {
     let metrics = &report["metrics"];
     let measured = json(&measure(dir, &["out.obj", "--json", "--exposure", "cosine"]));
     for (key, value) in measured.as_object().expect("an object") {
-        assert!(key.contains("_ao_") || key.starts_with("visible") || *value == metrics[key], "{key}");
+        assert!(
+            key.contains("_ao_") || key.starts_with("visible") || key.starts_with("noticed") || *value == metrics[key],
+            "{key}"
+        );
     }
     assert_eq!((&metrics["exposure"], &metrics["charts"]), (&"cosine".into(), &report["result"]["charts"]));
     assert_eq!(report["result"]["repaired"]["components"], 1);

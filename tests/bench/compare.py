@@ -12,7 +12,8 @@ import argparse, json, os, resource, subprocess, sys, tempfile, time
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 OURS = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target")), "release", "seamwright")
-HEAD = ["charts", "conf", "equi", "sd/4", "fill", "SL", "VSL", "ratio", "flips", "overlap", "not disks", "s"]
+HEAD = ["charts", "conf", "equi", "sd/4", "fill", "SL", "VSL", "noticed", "flat", "sharp", "ratio", "flips", "overlap", "not disks",
+        "s"]
 
 
 def timed(command):
@@ -43,14 +44,15 @@ def bare(path, to):
 
 def row(record, seconds):
     return [record["charts"], 1 - record["angle_err_rad"], 1 - record["area_ln"], record["symmetric_dirichlet"] / 4,
-            record["utilisation"], record["seam_len_norm"], record["visible_seam_len_norm"], record["seam_ao_ratio"],
-            record["flipped_faces"], record["overlap_frac"], record["non_disk_charts"], *seconds]
+            record["utilisation"], record["seam_len_norm"], record["visible_seam_len_norm"], record["noticed_seam_len_norm"],
+            record["seam_flat_share"], record["seam_sharp_share"], record["seam_ao_ratio"], record["flipped_faces"],
+            record["overlap_frac"], record["non_disk_charts"], *seconds]
 
 
 def line(name, values):
-    c, conf, equi, sd, fill, sl, vsl, ratio, flips, overlap, disks, user, wall = values
-    return (f"| {name} | {c:.4g} | {conf:.3f} | {equi:.3f} | {sd:.4f} | {fill:.3f} | {sl:.2f} | {vsl:.2f} | {ratio:.2f} "
-            f"| {flips:.3g} | {overlap:.2g} | {disks:.3g} | {user:.2f} ({wall:.2f}) |")
+    c, conf, equi, sd, fill, sl, vsl, noticed, flat, sharp, ratio, flips, overlap, disks, user, wall = values
+    return (f"| {name} | {c:.4g} | {conf:.3f} | {equi:.3f} | {sd:.4f} | {fill:.3f} | {sl:.2f} | {vsl:.2f} | {noticed:.2f} "
+            f"| {flat:.2f} | {sharp:.2f} | {ratio:.2f} | {flips:.3g} | {overlap:.2g} | {disks:.3g} | {user:.2f} ({wall:.2f}) |")
 
 
 def table(title, rows):
@@ -90,8 +92,8 @@ def main():
     mean = table(f"seamwright, --distortion {args.distortion} --parts {args.parts}", ours)
     if theirs:
         peer = table("uvunwrap 0.3.0", theirs)
-        names = ["charts", "SL", "VSL", "user seconds", "wall seconds"]
-        ratios = [mean[i] / peer[i] for i in (0, 5, 6, 11, 12)]
+        names = ["charts", "SL", "VSL", "noticed", "user seconds", "wall seconds"]
+        ratios = [mean[i] / peer[i] for i in (0, 5, 6, 7, 14, 15)]
         print("\nMeans, ours over uvunwrap's: " + ", ".join(f"{n} {r:.3f}" for n, r in zip(names, ratios)))
 
 

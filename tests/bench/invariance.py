@@ -21,6 +21,7 @@ FIGURES = {
     "fill": lambda r: r["utilisation"],
     "SL": lambda r: r["seam_len_norm"],
     "VSL": lambda r: r["visible_seam_len_norm"],
+    "noticed": lambda r: r["noticed_seam_len_norm"],
     "ratio": lambda r: r["seam_ao_ratio"],
 }
 

@@ -12,7 +12,7 @@ import json, os, resource, subprocess, sys, tempfile, time
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 OURS = os.environ.get("SEAMWRIGHT") or os.path.join(ROOT, "target", "release", "seamwright")
-HEAD = ["charts", "conf", "equi", "sd/4", "SL", "VSL", "seam exposure", "torn", "flips", "overlap", "s"]
+HEAD = ["charts", "conf", "equi", "sd/4", "SL", "VSL", "noticed", "flat", "sharp", "seam exposure", "torn", "flips", "overlap", "s"]
 
 
 def run(mesh, flags, folder):
@@ -25,13 +25,13 @@ def run(mesh, flags, folder):
     learned = json.load(open(report)).get("learning", {})
     m = json.loads(subprocess.run([OURS, "measure", out, "--json"], capture_output=True, text=True, check=True).stdout)
     return [m["charts"], m["conformality"], m["equiareality"], m["symmetric_dirichlet"] / 4, m["seam_len_norm"],
-            m["visible_seam_len_norm"], m["seam_ao_mean"], learned.get("torn_faces", 0) / m["faces"], m["flipped_faces"],
-            m["overlap_frac"], *seconds]
+            m["visible_seam_len_norm"], m["noticed_seam_len_norm"], m["seam_flat_share"], m["seam_sharp_share"], m["seam_ao_mean"],
+            learned.get("torn_faces", 0) / m["faces"], m["flipped_faces"], m["overlap_frac"], *seconds]
 
 
 def line(name, v):
-    return (f"| {name} | {v[0]:.4g} | {v[1]:.3f} | {v[2]:.3f} | {v[3]:.3f} | {v[4]:.2f} | {v[5]:.2f} | {v[6]:.3f} | {v[7]:.2f} "
-            f"| {v[8]:.3g} | {v[9]:.3f} | {v[10]:.1f} ({v[11]:.1f}) |")
+    return (f"| {name} | {v[0]:.4g} | {v[1]:.3f} | {v[2]:.3f} | {v[3]:.3f} | {v[4]:.2f} | {v[5]:.2f} | {v[6]:.2f} | {v[7]:.2f} "
+            f"| {v[8]:.2f} | {v[9]:.3f} | {v[10]:.2f} | {v[11]:.3g} | {v[12]:.3f} | {v[13]:.1f} ({v[14]:.1f}) |")
 
 
 def main():

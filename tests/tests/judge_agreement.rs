@@ -30,7 +30,7 @@ fn recorded_figures_of_hostile_maps_are_reproduced() {
     let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     files.retain(|p| p.extension().is_some_and(|e| e == "obj"));
     files.sort();
-    assert_eq!(files.len(), 6);
+    assert_eq!(files.len(), 7);
     for path in files {
         let mesh = PlainObj::parse(&fs::read_to_string(&path).unwrap());
         let formula = |p: &glam::DVec3| (1.0 / (1.0 + p.x * p.x + 2.0 * p.y * p.y + 3.0 * p.z * p.z)) as f32;

@@ -135,7 +135,11 @@ fn foot(args: &MeasureArgs) -> String {
         }
     };
     format!(
-        "{exposure}\n{coverage}{agreement}\nseam, visible: length over sqrt(area), all and times exposure; ratio: exposure of seams over that of all edges"
+        "{exposure}\n{coverage}{agreement}\n\
+        seam, visible, noticed: length over sqrt(area), times exposure, and times what a break of the surface leaves to see\n\
+        flat, sharp: share of the seams where the surface turns by less than 1 degree, by more than 35; \
+        ratio: exposure of seams over that of all edges\n\
+        no disk: charts with holes too; no plane: charts that are closed or have a handle"
     )
 }
 

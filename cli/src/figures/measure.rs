@@ -8,7 +8,7 @@ use seamwright_core::base::scratch::Scratch;
 use seamwright_core::judge::input::{UvMesh, fan};
 use seamwright_core::judge::measure::{MeasureError, Metrics, measure_need};
 
-/// Measures a mesh named `name`; `resolution` as for [`seamwright_core::judge::measure::measure`]. Takes about 260
+/// Measures a mesh named `name`; `resolution` as for [`seamwright_core::judge::measure::measure`]. Takes about 300
 /// bytes a triangle, and four a texel.
 pub fn measure(
     name: &str,
@@ -93,6 +93,7 @@ fn record(name: &str, m: &Metrics, weighting: Option<Weighting>, polygon: &[u32]
         worst_dirichlet: worst(d.worst_dirichlet),
         charts: c.count,
         non_disk_charts: c.non_disks,
+        closed_or_handled_charts: c.closed_or_handled,
         mirrored_charts: c.mirrored,
         flipped_faces: c.flipped_faces,
         flipped_area_frac: c.flipped_area,
@@ -102,6 +103,9 @@ fn record(name: &str, m: &Metrics, weighting: Option<Weighting>, polygon: &[u32]
         seam_vertices: s.vertices,
         seam_length: s.length,
         seam_len_norm: s.length_norm,
+        seam_flat_share: s.flat_share,
+        seam_sharp_share: s.sharp_share,
+        sharp_seam_cover: s.sharp_cover,
         exposure: s.exposure.zip(weighting).map(|(x, exposure)| ExposureRecord {
             exposure,
             all_ao_mean: x.all_mean,
@@ -110,6 +114,7 @@ fn record(name: &str, m: &Metrics, weighting: Option<Weighting>, polygon: &[u32]
             seam_ao_len: x.seam_length,
             seam_ao_ratio: x.ratio,
             visible_seam_len_norm: x.visible_length_norm,
+            noticed_seam_len_norm: x.noticed_length_norm,
         }),
         resolution: m.coverage.resolution,
         overlap_frac: m.coverage.overlap_fraction(),
@@ -172,6 +177,8 @@ pub(super) mod tests {
         assert_eq!(value["symmetric_dirichlet"], 4.0);
         assert_eq!(value["exposure"], "cosine");
         assert!(value["seam_ao_len"].is_null() && value["visible_seam_len_norm"] == 0.0);
+        assert!(value["sharp_seam_cover"].is_null() && value["noticed_seam_len_norm"] == 0.0);
+        assert_eq!((&value["seam_flat_share"], &value["closed_or_handled_charts"]), (&0.0.into(), &0.into()));
         let two: serde_json::Value =
             serde_json::from_str(&json(&[judge(true).unwrap(), judge(true).unwrap()])).unwrap();
         assert_eq!(two.as_array().unwrap().len(), 2);

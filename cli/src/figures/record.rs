@@ -47,6 +47,7 @@ pub struct AtlasRecord {
 
     pub charts: usize,
     pub non_disk_charts: usize,
+    pub closed_or_handled_charts: usize,
     pub mirrored_charts: usize,
     pub flipped_faces: usize,
     pub flipped_area_frac: f64,
@@ -57,6 +58,9 @@ pub struct AtlasRecord {
     pub seam_vertices: usize,
     pub seam_length: f64,
     pub seam_len_norm: f64,
+    pub seam_flat_share: f64,
+    pub seam_sharp_share: f64,
+    pub sharp_seam_cover: f64,
     #[serde(flatten)]
     pub exposure: Option<ExposureRecord>,
 
@@ -104,6 +108,7 @@ pub struct ExposureRecord {
     pub seam_ao_len: f64,
     pub seam_ao_ratio: f64,
     pub visible_seam_len_norm: f64,
+    pub noticed_seam_len_norm: f64,
 }
 
 /// A record, or a list of them, as pretty JSON.

@@ -50,6 +50,7 @@ const COLUMNS: &[Column] = &[
     column("no uv", Cell::Count(|r| r.faces_without_vt)),
     column("charts", Cell::Count(|r| r.charts)),
     column("no disk", Cell::Count(|r| r.non_disk_charts)),
+    column("no plane", Cell::Count(|r| r.closed_or_handled_charts)),
     column("mirrored", Cell::Count(|r| r.mirrored_charts)),
     column("flipped", Cell::Count(|r| r.exact_flipped_faces)),
     column("overlapping", Cell::Count(|r| r.overlapping_faces)),
@@ -61,6 +62,9 @@ const COLUMNS: &[Column] = &[
     column("density +-", Cell::Real(3, |r| r.texel_density_variation)),
     column("seam", Cell::Real(2, |r| r.seam_len_norm)),
     column("visible", Cell::Real(2, |r| r.exposure.map_or(f64::NAN, |e| e.visible_seam_len_norm))),
+    column("noticed", Cell::Real(2, |r| r.exposure.map_or(f64::NAN, |e| e.noticed_seam_len_norm))),
+    column("flat", Cell::Real(2, |r| r.seam_flat_share)),
+    column("sharp", Cell::Real(2, |r| r.seam_sharp_share)),
     column("ratio", Cell::Real(2, |r| r.exposure.map_or(f64::NAN, |e| e.seam_ao_ratio))),
 ];
 
@@ -80,7 +84,7 @@ mod tests {
         let text = table(&[judge(true).unwrap(), judge(false).unwrap()]);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 4, "{text}");
-        assert!(lines[3].starts_with("mean") && lines[0].contains("visible"));
+        assert!(lines[3].starts_with("mean") && lines[0].contains("visible  noticed  flat  sharp"), "{text}");
         let end = |line: &str, word: &str| line.find(word).map(|i| i + word.len());
         assert_eq!(end(lines[0], "sd/4"), end(lines[1], "1.0000"), "{text}");
         assert_eq!(table(&[judge(true).unwrap()]).lines().count(), 2);

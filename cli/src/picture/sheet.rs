@@ -11,6 +11,7 @@ use super::{atlas, font, histogram};
 use crate::base::colour::{FAINT, INK, PAPER, Rgb};
 use glam::DVec2;
 use seamwright_core::base::{scratch::Scratch, workers::Workers};
+use seamwright_core::judge::seams::{FLAT, SHARP, notice};
 use seamwright_core::rays::binned::BinnedBuilder;
 use seamwright_core::rays::cast::Scene;
 use seamwright_core::rays::exposure::{ExposureSettings, exposure, exposure_need};
@@ -123,13 +124,22 @@ fn vertices(surface: &PictureSurface) -> (Vec<u32>, Vec<u32>) {
 
 /// Names and values for the corner of the sheet.
 fn figures(surface: &PictureSurface, exposure: &[f32], atlas: &atlas::DrawnAtlas) -> Vec<(&'static str, String)> {
-    let (mut length, mut visible) = (0.0, 0.0);
-    for (edge, _) in surface.edges.iter().zip(&surface.is_seam).filter(|(_, seam)| **seam) {
+    let (mut length, mut visible, mut noticed) = (0.0, 0.0, 0.0);
+    let (mut between_two, mut flat, mut sharp) = (0.0, 0.0, 0.0);
+    for (e, edge) in surface.edges.iter().enumerate().filter(|(e, _)| surface.is_seam[*e]) {
         let [a, b] = edge.map(|v| v as usize);
         let l = surface.points[a].as_dvec3().distance(surface.points[b].as_dvec3());
+        let seen = l * 0.5 * (exposure[a] + exposure[b]) as f64;
         length += l;
-        visible += l * 0.5 * (exposure[a] + exposure[b]) as f64;
+        visible += seen;
+        noticed += seen * surface.turn[e].map_or(1.0, notice);
+        if let Some(turn) = surface.turn[e] {
+            between_two += l;
+            flat += if turn < FLAT { l } else { 0.0 };
+            sharp += if turn > SHARP { l } else { 0.0 };
+        }
     }
+    let share = |part: f64| if between_two > 0.0 { part / between_two * 100.0 } else { 0.0 };
     let scale = 1.0 / surface.area.sqrt().max(f64::MIN_POSITIVE);
     let missing = surface.uv.iter().flatten().filter(|t: &&[DVec2; 3]| !t[0].is_finite()).count();
     let missing = if surface.uv.is_none() { surface.faces.len() } else { missing };
@@ -139,6 +149,8 @@ fn figures(surface: &PictureSurface, exposure: &[f32], atlas: &atlas::DrawnAtlas
         ("CHARTS", surface.chart_count.to_string()),
         ("SEAM LENGTH", format!("{:.2}", length * scale)),
         ("VISIBLE SEAMS", format!("{:.2}", visible * scale)),
+        ("NOTICED SEAMS", format!("{:.2}", noticed * scale)),
+        ("ON FLAT, ON SHARP", format!("{:.0}%, {:.0}%", share(flat), share(sharp))),
         ("UTILISATION", format!("{:.1}%", atlas.utilisation * 100.0)),
         ("OVERLAP", format!("{:.3}%", atlas.overlap * 100.0)),
         ("FLIPPED", count(atlas.flipped)),
@@ -209,6 +221,11 @@ mod tests {
         assert_eq!(seams, [(&[2, 3], &true)]);
         let drawn = atlas::draw(&surface, 200, &Serial);
         assert_eq!((drawn.overlap, drawn.flipped), (0.0, 0));
+        // Its length is 2, the area 4 sqrt 2, and it turns by 90 degrees.
+        let found = figures(&surface, &[1.0; 6], &drawn);
+        for (name, value) in [("VISIBLE SEAMS", "0.84"), ("NOTICED SEAMS", "0.08"), ("ON FLAT, ON SHARP", "0%, 100%")] {
+            assert!(found.contains(&(name, value.to_string())), "{found:?}");
+        }
         // Two squares of side 0.4; 400 samples a side put each border off by up to a sample.
         assert!((drawn.utilisation - 0.32).abs() < 0.005, "{}", drawn.utilisation);
     }

@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use seamwright_core::base::{real, union_find::UnionFind};
+use seamwright_core::judge::seams::turn;
 use seamwright_core::mesh::normals::{NormalWeight, vertex_normals};
 use seamwright_core::mesh::view::{MeshView, NONE};
 use std::collections::HashMap;
@@ -40,6 +41,7 @@ pub struct PictureSurface {
     pub chart_count: usize,
     pub edges: Vec<[u32; 2]>,     // (e), each edge once
     pub is_seam: Vec<bool>,       // (e)
+    pub turn: Vec<Option<f64>>,   // (e), in degrees, where two faces meet
     pub outline: Vec<[DVec2; 2]>, // borders of charts, in UV
     pub area: f64,
 }
@@ -56,8 +58,9 @@ impl PictureSurface {
             kept.iter().map(|f| get(f).unwrap_or([DVec2::NAN; 3])).collect::<Vec<_>>()
         });
         let view = MeshView { positions: &points, faces: &faces };
-        let areas: Vec<f64> = (0..faces.len()).map(|f| view.area_vector(f).length() * 0.5).collect();
-        let borders = Borders::new(&faces, uv.as_deref());
+        let area_vectors: Vec<DVec3> = (0..faces.len()).map(|f| view.area_vector(f)).collect();
+        let areas: Vec<f64> = area_vectors.iter().map(|n| n.length() * 0.5).collect();
+        let borders = Borders::new(&faces, uv.as_deref(), &area_vectors);
         let given = mesh.chart.map(|c| kept.iter().map(|f| c.get(*f).copied().unwrap_or(NONE)).collect::<Vec<_>>());
         let (chart, chart_count) = rank(given.unwrap_or(borders.chart), &areas);
         let mut normals = vec![DVec3::ZERO; points.len()];
@@ -78,6 +81,7 @@ impl PictureSurface {
             chart_count,
             edges: borders.edges,
             is_seam: borders.is_seam,
+            turn: borders.turn,
             outline: borders.outline,
             area: areas.iter().sum(),
         }
@@ -114,12 +118,13 @@ fn scale(mut points: Vec<DVec3>, faces: &[[u32; 3]]) -> Vec<DVec3> {
 struct Borders {
     edges: Vec<[u32; 2]>,
     is_seam: Vec<bool>,
+    turn: Vec<Option<f64>>,
     outline: Vec<[DVec2; 2]>,
     chart: Vec<u32>,
 }
 
 impl Borders {
-    fn new(faces: &[[u32; 3]], uv: Option<&[[DVec2; 3]]>) -> Self {
+    fn new(faces: &[[u32; 3]], uv: Option<&[[DVec2; 3]]>, normals: &[DVec3]) -> Self {
         // (low vertex, high vertex, face, first corner), sorted: the sides of an edge stand together.
         let mut sides: Vec<[u32; 4]> = (0..faces.len() as u32)
             .flat_map(|f| (0..3).map(move |i| (f, i)))
@@ -131,9 +136,13 @@ impl Borders {
         sides.sort_unstable();
         let mut parent = vec![0; faces.len()];
         let mut sets = UnionFind::new(&mut parent);
-        let (mut edges, mut is_seam, mut outline) = (vec![], vec![], vec![]);
+        let (mut edges, mut is_seam, mut turns, mut outline) = (vec![], vec![], vec![], vec![]);
         for group in sides.chunk_by(|a, b| a[..2] == b[..2]) {
             edges.push([group[0][0], group[0][1]]);
+            turns.push(match group {
+                [a, b] => Some(turn([a[2], b[2]].map(|f| normals[f as usize]))),
+                _ => None,
+            });
             let ends = |side: &[u32; 4]| {
                 let (f, i) = (side[2] as usize, side[3] as usize);
                 let [a, b] = uv.map_or([DVec2::ZERO; 2], |uv| [uv[f][i], uv[f][(i + 1) % 3]]);
@@ -160,7 +169,7 @@ impl Borders {
         }
         let has_uv = |f: usize| uv.is_some_and(|uv| uv[f][0].is_finite());
         let chart = (0..faces.len()).map(|f| if has_uv(f) { sets.find(f as u32) } else { NONE }).collect();
-        Self { edges, is_seam, outline, chart }
+        Self { edges, is_seam, turn: turns, outline, chart }
     }
 }
 

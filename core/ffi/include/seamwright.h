@@ -136,6 +136,17 @@ typedef struct SeamwrightFigures {
     size_t overlapping_faces;
     // After an error: see its code. Otherwise 0.
     size_t detail;
+    // As `visible_seam_length`, times what is noticed: 1 where the surface turns by up to 10 degrees, 0.1 from 40; NaN
+    // without exposure.
+    double noticed_seam_length;
+    // Share of the seams' length where the surface turns by less than 1 degree.
+    double flat_seam_share;
+    // Share of it where the surface turns by more than 35 degrees.
+    double sharp_seam_share;
+    // Share of the length of such sharp edges that is seam; NaN where there is none.
+    double sharp_seam_cover;
+    // Charts that no plane can hold: without a border, or with a handle. Those with holes are none of them.
+    size_t closed_or_handled_charts;
 } SeamwrightFigures;
 
 // What can be asked for; `seamwright_defaults` fills it.

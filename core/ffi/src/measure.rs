@@ -136,5 +136,10 @@ fn figures(m: &Metrics) -> SeamwrightFigures {
         flipped_faces: m.exact.flipped_faces,
         overlapping_faces: m.exact.overlapping_faces,
         detail: 0,
+        noticed_seam_length: seen.map_or(f64::NAN, |x| x.noticed_length_norm),
+        flat_seam_share: m.seams.flat_share,
+        sharp_seam_share: m.seams.sharp_share,
+        sharp_seam_cover: m.seams.sharp_cover,
+        closed_or_handled_charts: m.charts.closed_or_handled,
     }
 }

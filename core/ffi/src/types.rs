@@ -125,6 +125,17 @@ pub struct SeamwrightFigures {
     pub overlapping_faces: usize,
     /// After an error: see its code. Otherwise 0.
     pub detail: usize,
+    /// As `visible_seam_length`, times what is noticed: 1 where the surface turns by up to 10 degrees, 0.1 from 40; NaN
+    /// without exposure.
+    pub noticed_seam_length: f64,
+    /// Share of the seams' length where the surface turns by less than 1 degree.
+    pub flat_seam_share: f64,
+    /// Share of it where the surface turns by more than 35 degrees.
+    pub sharp_seam_share: f64,
+    /// Share of the length of such sharp edges that is seam; NaN where there is none.
+    pub sharp_seam_cover: f64,
+    /// Charts that no plane can hold: without a border, or with a handle. Those with holes are none of them.
+    pub closed_or_handled_charts: usize,
 }
 
 /// One of n tasks.

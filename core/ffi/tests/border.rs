@@ -234,6 +234,10 @@ fn an_atlas_is_measured() {
     assert_eq!(code, SEAMWRIGHT_OK);
     assert_eq!((found.chart_count, found.flipped_faces, found.overlapping_faces), (call.report.chart_count, 0, 0));
     assert!((found.symmetric_dirichlet / 4.0 - call.report.distortion).abs() < 1e-6, "{}", found.symmetric_dirichlet);
+    // The seams of a cube are some of its 12 edges, where it turns by 90 degrees.
+    assert_eq!((found.flat_seam_share, found.sharp_seam_share, found.closed_or_handled_charts), (0.0, 1.0, 0));
+    assert!((found.sharp_seam_cover - found.seam_length * 6f64.sqrt() / 12.0).abs() < 1e-12);
+    assert!((found.noticed_seam_length - 0.1 * found.visible_seam_length).abs() < 1e-12);
     assert_eq!(measure(&call.mesh, 1).0, SEAMWRIGHT_SCRATCH);
     call.corners[7] = 99;
     let (code, found) = measure(&call.mesh, 0);

@@ -123,6 +123,7 @@ mod tests {
             edges: &[],
             seam_sides: &[],
             euler: &[],
+            loops: &[],
         };
         let mut bytes = vec![0; atlas_need(charts.len())];
         let areas = Areas { solid: &solid, uv: &uv };

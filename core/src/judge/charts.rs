@@ -1,4 +1,9 @@
-//! Charts as pieces of the plane: how many, which are disks, which faces are flipped, which charts are mirrored.
+//! Charts as pieces of the plane: how many, which are disks, which no plane can hold, which faces are flipped, which charts
+//! are mirrored.
+//!
+//! A chart with holes lies in the plane as well as a disk does. One without a border, or with a handle, cannot: a surface of
+//! genus 0 with b loops of border has Euler number 2 - b, each handle takes 2. Loops that touch in a point count as one, so a
+//! chart whose border meets itself there is taken for one with a handle.
 //!
 //! A chart's orientation is the sign of its UV area; a face is flipped when it has the other sign. A chart mirrored as
 //! a whole has no flipped face: it is counted apart, against the orientation of the whole map. Faces that are degenerate
@@ -17,6 +22,8 @@ pub struct Charts {
     pub count: usize,
     /// Charts whose Euler characteristic is not 1.
     pub non_disks: usize,
+    /// Charts that no plane can hold: without a border, or with a handle.
+    pub closed_or_handled: usize,
     /// Charts whose UV area has the other sign than the whole map's.
     pub mirrored: usize,
     /// Faces whose UV area has the other sign than their chart's.
@@ -30,7 +37,7 @@ pub const fn charts_need(chart_count: usize) -> usize {
     bytes_for::<f64>(chart_count)
 }
 
-/// Counts disks, mirrored charts and flipped faces.
+/// Counts disks, charts that no plane can hold, mirrored charts and flipped faces.
 pub fn charts(
     topology: &UvTopology,
     areas: Areas,
@@ -52,6 +59,12 @@ pub fn charts(
     Ok(Charts {
         count: topology.chart_count,
         non_disks: topology.euler.iter().filter(|x| **x != 1).count(),
+        closed_or_handled: topology
+            .euler
+            .iter()
+            .zip(topology.loops)
+            .filter(|(x, loops)| **loops == 0 || **x != 2 - **loops)
+            .count(),
         mirrored: signed.iter().filter(|s| sign(**s) == -majority).count(),
         flipped_faces,
         flipped_area: flipped_sum / area,
@@ -116,19 +129,52 @@ mod tests {
         assert!((charts.flipped_area - 1.0 / 3.0).abs() < 1e-12);
     }
 
+    /// A grid of 5 x 5 squares without those of `holes`, each vertex at one UV; `vertex` says which it is at (x, y).
+    fn judge_grid(holes: &[usize], vertex: impl Fn(u32, u32) -> u32) -> Charts {
+        let positions: Vec<DVec3> = (0..36).map(|v| DVec3::new((v % 6) as f64, (v / 6) as f64, 0.0)).collect();
+        let square = |s: usize| {
+            let (x, y) = (s as u32 % 5, s as u32 / 5);
+            let [a, b, c, d] = [vertex(x, y), vertex(x + 1, y), vertex(x + 1, y + 1), vertex(x, y + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        let triangles: Vec<[u32; 3]> = (0..25).filter(|s| !holes.contains(s)).flat_map(square).collect();
+        let uv: Vec<[DVec2; 3]> = triangles.iter().map(|t| t.map(|v| positions[v as usize].truncate())).collect();
+        judge_mesh(&positions, &triangles, &uv)
+    }
+
     #[test]
-    fn a_ring_and_a_closed_surface_are_no_disks() {
-        let ring: Vec<DVec3> =
-            (0..8).map(|i| DVec3::new((i % 4) as f64, ((i % 4) * (i % 4)) as f64, (i / 4) as f64)).collect();
-        let faces: Vec<[u32; 3]> =
-            (0..4).flat_map(|i| [[i, (i + 1) % 4, 4 + i], [(i + 1) % 4, 4 + (i + 1) % 4, 4 + i]]).collect();
-        let flat = |t: &[u32; 3]| t.map(|v| ring[v as usize].truncate() * (1.0 + ring[v as usize].z));
-        let uv: Vec<[DVec2; 3]> = faces.iter().map(flat).collect();
-        assert_eq!(judge_mesh(&ring, &faces, &uv).non_disks, 1);
+    fn a_plane_holds_charts_with_holes_but_none_that_is_closed_or_has_a_handle() {
+        let faults = |charts: Charts| (charts.count, charts.non_disks, charts.closed_or_handled);
+        let flat = |x, y| 6 * y + x;
+        let tube = |x, y| 6 * y + x % 5;
+        let torus = |x, y| 6 * (y % 5) + x % 5;
+        assert_eq!(faults(judge_grid(&[], flat)), (1, 0, 0));
+        assert_eq!(faults(judge_grid(&[6], flat)), (1, 1, 0));
+        assert_eq!(faults(judge_grid(&[6, 8, 18], flat)), (1, 1, 0));
+        assert_eq!(faults(judge_grid(&[], tube)), (1, 1, 0));
+        assert_eq!(faults(judge_grid(&[6, 18], tube)), (1, 1, 0));
+        assert_eq!(faults(judge_grid(&[], torus)), (1, 1, 1));
+        assert_eq!(faults(judge_grid(&[6], torus)), (1, 1, 1));
+    }
+
+    #[test]
+    fn loops_that_touch_in_a_point_are_one() {
+        let faults = |holes: &[usize]| {
+            let charts = judge_grid(holes, |x, y| 6 * y + x);
+            (charts.count, charts.non_disks, charts.closed_or_handled)
+        };
+        // Two holes with one corner, then a hole and a corner that is left out.
+        assert_eq!(faults(&[6, 12]), (1, 1, 1));
+        assert_eq!(faults(&[0, 6]), (1, 1, 1));
+    }
+
+    #[test]
+    fn a_tetrahedron_of_one_chart_is_closed() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let uv =
             faces.map(|t: [u32; 3]| t.map(|v| corners[v as usize].truncate() + corners[v as usize].z * DVec2::ONE));
-        assert_eq!(judge_mesh(&corners, &faces, &uv).non_disks, 1);
+        let charts = judge_mesh(&corners, &faces, &uv);
+        assert_eq!((charts.non_disks, charts.closed_or_handled), (1, 1));
     }
 }

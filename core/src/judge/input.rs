@@ -61,6 +61,12 @@ impl UvMesh<'_> {
         self.triangles[face].map(|v| self.positions[v as usize])
     }
 
+    /// Normal of `face`, as long as twice its area.
+    pub fn normal(&self, face: usize) -> DVec3 {
+        let [a, b, c] = self.points(face);
+        (b - a).cross(c - a)
+    }
+
     /// Faces that have UV, in order.
     pub fn mapped_faces(&self) -> impl Iterator<Item = usize> {
         (0..self.triangles.len()).filter(|f| self.has_uv(*f))
@@ -88,8 +94,7 @@ pub fn areas<'s>(mesh: UvMesh, scratch: &mut Scratch<'s>) -> Result<Areas<'s>, S
     let solid = scratch.take::<f64>(faces)?;
     let uv = scratch.take::<f64>(faces)?;
     for f in 0..faces {
-        let [a, b, c] = mesh.points(f);
-        solid[f] = 0.5 * sqrt((b - a).cross(c - a).length_squared());
+        solid[f] = 0.5 * sqrt(mesh.normal(f).length_squared());
         if mesh.has_uv(f) {
             let [p, q, r] = mesh.corner_uv[f];
             uv[f] = 0.5 * (q - p).perp_dot(r - p);

@@ -35,6 +35,8 @@ pub struct Edge {
     pub face_count: u32,
     /// 1 where the map is cut along it, else 0.
     pub seam: u32,
+    /// The first two of these faces; [`NONE`] where there is no second one.
+    pub faces: [u32; 2],
 }
 
 impl Edge {
@@ -64,19 +66,27 @@ pub struct UvTopology<'a> {
     pub seam_sides: &'a [u8], // (f)
     /// Vertices - edges + faces of each chart, counted in UV; 1 is a disk.
     pub euler: &'a [i32], // (chart_count)
+    /// Loops of each chart's border; those that touch in a wedge are one.
+    pub loops: &'a [i32], // (chart_count)
 }
 
 /// Bytes that [`uv_topology`] takes, its own temporary ones included.
 pub const fn uv_topology_need(vertices: usize, faces: usize) -> usize {
     let kept = bytes_for::<u32>(vertices)
         + bytes_for::<[u32; 3]>(faces)
-        + 2 * bytes_for::<u32>(faces)
+        + 3 * bytes_for::<u32>(faces)
         + bytes_for::<u8>(faces)
         + bytes_for::<Edge>(3 * faces);
     let weld = bytes_for::<u32>(vertices);
     let group = buckets_need(if vertices > 3 * faces { vertices } else { 3 * faces }, 3 * faces);
-    let join = bytes_for::<u32>(faces);
-    kept + if weld > group + join { weld } else { group + join }
+    let join = bytes_for::<u32>(faces) + group;
+    let count = bytes_for::<u8>(faces) + bytes_for::<u32>(3 * faces) + buckets_need(3 * faces, 3 * faces);
+    let (mut most, mut i, steps) = (0, 0, [weld, join, count]);
+    while i < steps.len() {
+        most = if steps[i] > most { steps[i] } else { most };
+        i += 1;
+    }
+    kept + most
 }
 
 /// Finds wedges, edges, seams and charts of `mesh`. All indices must be in range.
@@ -87,6 +97,7 @@ pub fn uv_topology<'s>(mesh: UvMesh, scratch: &mut Scratch<'s>) -> Result<UvTopo
     let wedge = scratch.take_filled(faces, [NONE; 3])?;
     let chart = scratch.take_filled(faces, NONE)?;
     let euler = scratch.take::<i32>(faces)?;
+    let loops = scratch.take::<i32>(faces)?;
     let seam_sides = scratch.take::<u8>(faces)?;
     let edges = scratch.take::<Edge>(3 * faces)?;
 
@@ -94,10 +105,15 @@ pub fn uv_topology<'s>(mesh: UvMesh, scratch: &mut Scratch<'s>) -> Result<UvTopo
     let wedge_count = weld_uv(wedge, mesh, welded, scratch.frame())?;
     let ends = Ends { triangles: mesh.triangles, welded, wedge };
     let (edge_count, chart_count) = join(edges, chart, seam_sides, ends, scratch.frame())?;
-    let euler = &mut euler[..chart_count];
-    count_euler(euler, chart, ends, wedge_count, scratch.frame())?;
+    let (euler, loops) = (&mut euler[..chart_count], &mut loops[..chart_count]);
+    {
+        let mut frame = scratch.frame();
+        let border_sides = frame.take::<u8>(faces)?;
+        count_euler(euler, border_sides, chart, ends, wedge_count, frame.frame())?;
+        count_loops(loops, border_sides, chart, ends, wedge_count, frame)?;
+    }
     let edges = &edges[..edge_count];
-    Ok(UvTopology { welded, vertex_count, wedge, wedge_count, chart, chart_count, edges, seam_sides, euler })
+    Ok(UvTopology { welded, vertex_count, wedge, wedge_count, chart, chart_count, edges, seam_sides, euler, loops })
 }
 
 /// Points each vertex to the lowest one at its place; returns the number of places. -0 and 0 are one place.
@@ -219,7 +235,9 @@ fn join(
                 group.iter().map(|h| ends.face_side(*h)).for_each(|(face, side)| seam_sides[face] |= 1 << side);
             }
             let (low, high) = ends.vertices(group[0]);
-            edges[edge_count] = Edge { low, high, face_count: group.len() as u32, seam: seam as u32 };
+            let face = |i: usize| group.get(i).map_or(NONE, |h| ends.face_side(*h).0 as u32);
+            let face_count = group.len() as u32;
+            edges[edge_count] = Edge { low, high, face_count, seam: seam as u32, faces: [face(0), face(1)] };
             edge_count += 1;
         }
     }
@@ -241,9 +259,11 @@ fn number_charts(chart: &mut [u32], ends: Ends, sets: &mut UnionFind) -> usize {
     count as usize
 }
 
-/// Vertices - edges + faces of each chart, with wedges as its vertices.
+/// Vertices - edges + faces of each chart, with wedges as its vertices; bit i of `border_sides` is set where the side of
+/// corner i has no other side of its chart on it.
 fn count_euler(
     euler: &mut [i32],
+    border_sides: &mut [u8],
     chart: &[u32],
     ends: Ends,
     wedge_count: usize,
@@ -271,7 +291,45 @@ fn count_euler(
     for w in 0..wedge_count {
         let here = half_edges.get_mut(w);
         sort::by_key(here, pair);
-        here.runs(|a, b| pair(a) == pair(b)).for_each(|g| euler[pair(&g[0]).2 as usize] -= 1);
+        for group in here.runs(|a, b| pair(a) == pair(b)) {
+            euler[pair(&group[0]).2 as usize] -= 1;
+            if let [alone] = *group {
+                let (face, side) = ends.face_side(alone);
+                border_sides[face] |= 1 << side;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Loops of each chart's border: components of border sides by the wedges at their ends, and the charts of each.
+fn count_loops(
+    loops: &mut [i32],
+    border_sides: &[u8],
+    chart: &[u32],
+    ends: Ends,
+    wedge_count: usize,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let sides = 3 * chart.len();
+    let on_border = |h: &u32| {
+        let (face, side) = ends.face_side(*h);
+        (border_sides[face] >> side) & 1 != 0
+    };
+    let component = scratch.take::<u32>(wedge_count)?;
+    let mut sets = UnionFind::new(component);
+    for h in (0..sides as u32).filter(on_border) {
+        let (p, q) = ends.wedges(h);
+        sets.union(p, q);
+    }
+    let count = sets.number();
+    let key = |h: u32| on_border(&h).then(|| component[ends.wedges(h).0 as usize]);
+    let mut border = Buckets::new(count, sides, key, &mut scratch)?;
+    let chart_of = |h: &u32| chart[ends.face_side(*h).0];
+    for c in 0..count {
+        let here = border.get_mut(c);
+        sort::by_key(here, chart_of);
+        here.runs(|a, b| chart_of(a) == chart_of(b)).for_each(|g| loops[chart_of(&g[0]) as usize] += 1);
     }
     Ok(())
 }
@@ -303,7 +361,9 @@ mod tests {
         let (positions, triangles, corner_uv) = square(0.0);
         with_topology(UvMesh { positions: &positions, triangles: &triangles, corner_uv: &corner_uv }, |t| {
             assert_eq!((t.vertex_count, t.wedge_count, t.chart_count, t.edges.len()), (4, 4, 1, 5));
-            assert_eq!((t.euler, t.seam_sides), (&[1][..], &[0, 0][..]));
+            assert_eq!((t.euler, t.loops, t.seam_sides), (&[1][..], &[1][..], &[0, 0][..]));
+            let faces_of = |low, high| t.edges.iter().find(|e| (e.low, e.high) == (low, high)).unwrap().faces;
+            assert_eq!((faces_of(0, 2), faces_of(0, 3)), ([1, 0], [1, NONE]));
         });
     }
 
@@ -311,7 +371,7 @@ mod tests {
     fn a_shift_cuts_the_diagonal() {
         let (positions, triangles, corner_uv) = square(1.0);
         with_topology(UvMesh { positions: &positions, triangles: &triangles, corner_uv: &corner_uv }, |t| {
-            assert_eq!((t.wedge_count, t.chart_count, t.euler), (6, 2, &[1, 1][..]));
+            assert_eq!((t.wedge_count, t.chart_count, t.euler, t.loops), (6, 2, &[1, 1][..], &[1, 1][..]));
             assert_eq!(t.seam_sides, [0b100, 0b001]);
             let seam = t.edges.iter().find(|e| e.is_seam()).unwrap();
             assert_eq!((seam.low, seam.high, seam.face_count), (0, 2, 2));

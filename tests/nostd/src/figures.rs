@@ -22,8 +22,8 @@ pub fn hash(metrics: &Metrics) -> u64 {
         hash.numbers([low.x, low.y, high.x, high.y])
     });
     let hash = of_distortion(hash, distortion);
-    let Charts { count, non_disks, mirrored, flipped_faces, flipped_area } = charts;
-    let hash = hash.sizes([count, non_disks, mirrored, flipped_faces]).numbers([flipped_area]);
+    let Charts { count, non_disks, closed_or_handled, mirrored, flipped_faces, flipped_area } = charts;
+    let hash = hash.sizes([count, non_disks, closed_or_handled, mirrored, flipped_faces]).numbers([flipped_area]);
     let hash = of_seams(hash, seams);
     let Coverage { resolution, covered, overlapped, max_depth } = coverage;
     let hash = hash.u64s([resolution.into(), covered, overlapped, max_depth.into()]);
@@ -59,10 +59,17 @@ fn of_distortion(hash: Hash, distortion: Distortion) -> Hash {
 
 #[rustfmt::skip]
 fn of_seams(hash: Hash, seams: Seams) -> Hash {
-    let Seams { boundary_edges, nonmanifold_edges, edges, vertices, length, length_norm, exposure } = seams;
-    let hash = hash.sizes([boundary_edges, nonmanifold_edges, edges, vertices]).numbers([length, length_norm]);
+    let Seams {
+        boundary_edges, nonmanifold_edges, edges, vertices, length, length_norm, flat_share, sharp_share, sharp_cover,
+        exposure,
+    } = seams;
+    let hash = hash
+        .sizes([boundary_edges, nonmanifold_edges, edges, vertices])
+        .numbers([length, length_norm, flat_share, sharp_share, sharp_cover]);
     exposure.into_iter().fold(hash, |hash, exposure| {
-        let SeamExposure { all_mean, all_length, seam_mean, seam_length, ratio, visible_length_norm } = exposure;
-        hash.numbers([all_mean, all_length, seam_mean, seam_length, ratio, visible_length_norm])
+        let SeamExposure {
+            all_mean, all_length, seam_mean, seam_length, ratio, visible_length_norm, noticed_length_norm,
+        } = exposure;
+        hash.numbers([all_mean, all_length, seam_mean, seam_length, ratio, visible_length_norm, noticed_length_norm])
     })
 }
