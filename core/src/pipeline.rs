@@ -20,7 +20,7 @@ use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::overlap::overlaps_need;
 use crate::mesh::repair::{self, Counts, FORCED, Facing, Polygons, RepairError, Working, repair, repair_need};
 use crate::mesh::view::NONE;
-use crate::price::cost::{prices, prices_need};
+use crate::price::cost::{Prefer, Rates, prices, prices_need};
 use crate::price::given::{EdgeData, HardEdges, OnMesh};
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
@@ -114,6 +114,8 @@ pub struct Settings {
     pub rays: u32,
     /// What is made of shading breaks in [`Input::edges`].
     pub hard_edges: HardEdges,
+    /// What is given up where seams and fill are at odds.
+    pub prefer: Prefer,
     /// Seed of every random value.
     pub seed: u64,
 }
@@ -129,6 +131,7 @@ impl Default for Settings {
             effort: 1.0,
             rays: 512,
             hard_edges: HardEdges::Prefer,
+            prefer: Prefer::Balance,
             seed: 0,
         }
     }
@@ -328,8 +331,9 @@ pub fn unwrap_by(
     let is_blind = matches!(&method, Method::Neural(l) if l.is_blind());
     let given = OnMesh::new(input.edges, &polygons, &working);
     let seen = if is_blind { None } else { Some(&*open) };
-    let tolerance = input.tolerance / working.extent * placed.scale();
-    prices(cost, &working, &given, settings.hard_edges, seen, tolerance, scratch.frame())?;
+    let Settings { hard_edges, prefer, .. } = *settings;
+    let rates = Rates { hard_edges, prefer, tolerance: input.tolerance / working.extent * placed.scale() };
+    prices(cost, &working, &given, rates, seen, scratch.frame())?;
     let mut done = Report { repaired, ..Report::default() };
     let mut frame = scratch.frame();
     let forced = frame.take::<u8>(working.twin.len())?;

@@ -26,8 +26,46 @@ const SMOOTH: f64 = 10.0;
 const SHARP: f64 = 80.0;
 /// What is noticed of a seam on a sharp edge.
 const LEAST_NOTICE: f64 = 0.05;
+/// What a cut costs under [`Prefer::Seams`] and [`Prefer::Fill`] over [`Prefer::Balance`].
+const DEARER: f64 = 4.0;
+/// See [`DEARER`].
+const CHEAPER: f64 = 0.4;
 /// Cost of an edge that is forbidden: no distortion pays for it, but what must be cut to become flat at all is cut.
 pub const FORBIDDEN: f64 = 1e30;
+
+/// What is given up for the other, where one has to be: seams that are noticed, or a square that is filled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Prefer {
+    /// The fewest seams that are noticed: charts may be of any shape.
+    Seams,
+    /// Both in their measure.
+    #[default]
+    Balance,
+    /// Charts that pack well.
+    Fill,
+}
+
+impl Prefer {
+    /// What a cut costs over [`Prefer::Balance`]; what an empty part of the square costs stays.
+    pub fn scale(self) -> f64 {
+        match self {
+            Prefer::Seams => DEARER,
+            Prefer::Balance => 1.0,
+            Prefer::Fill => CHEAPER,
+        }
+    }
+}
+
+/// What a price depends on beside the mesh.
+#[derive(Clone, Copy)]
+pub struct Rates {
+    /// What breaks count for.
+    pub hard_edges: HardEdges,
+    /// What is given up for what.
+    pub prefer: Prefer,
+    /// How far positions may be from what they stand for, in units of the working mesh.
+    pub tolerance: f64,
+}
 
 /// How much of a seam is noticed where the surface turns by `turn` degrees, in (0, 1].
 pub fn notice(turn: f64) -> f64 {
@@ -40,22 +78,21 @@ pub const fn prices_need(faces: usize) -> usize {
 }
 
 /// Fills `cost` (one entry a half-edge of `working`, equal for twins). Diagonals of polygons cost infinity: they are never
-/// cut. Without `exposure` (one value a vertex) a cut costs as if all were open. `tolerance` is that of the file, in units of
-/// `working`. O(f).
+/// cut. Without `exposure` (one value a vertex) a cut costs as if all were open. O(f).
 pub fn prices(
     cost: &mut [f64],
     working: &Working,
     given: &OnMesh,
-    hard_edges: HardEdges,
+    rates: Rates,
     exposure: Option<&[f32]>,
-    tolerance: f64,
     mut scratch: Scratch,
 ) -> Result<(), ScratchTooSmall> {
     let mesh = working.mesh();
     scratch.require(prices_need(mesh.faces.len()))?;
     let turn = scratch.take::<f64>(cost.len())?;
-    turns(turn, mesh, working.twin, tolerance);
-    let breaks = hard_edges != HardEdges::Off && given.has_breaks(turn);
+    turns(turn, mesh, working.twin, rates.tolerance);
+    let breaks = rates.hard_edges != HardEdges::Off && given.has_breaks(turn);
+    let scale = rates.prefer.scale();
     for c in 0..cost.len() as u32 {
         if working.fixed[c as usize] == DIAGONAL {
             cost[c as usize] = f64::INFINITY;
@@ -66,7 +103,7 @@ pub fn prices(
         let seen = exposure.map_or(1.0, |open| 0.5 * (f64::from(open[a as usize]) + f64::from(open[b as usize])));
         let broken = if breaks { given.broken(c) } else { 0.0 };
         let noticed = broken * LEAST_NOTICE + (1.0 - broken) * notice(turn[c as usize]);
-        let sum = sqrt(d.dot(d)) * (OPEN + SEEN * seen) * noticed * given.weight(c);
+        let sum = sqrt(d.dot(d)) * (OPEN + SEEN * seen) * noticed * given.weight(c) * scale;
         cost[c as usize] = if sum < FORBIDDEN { for_cost(sum) } else { FORBIDDEN };
     }
     Ok(())
@@ -105,12 +142,11 @@ mod tests {
         let given = OnMesh::new(data, &polygons, &working);
         let mut cost = vec![0.0; working.twin.len()];
         let mut bytes = vec![0; prices_need(working.faces.len())];
+        let rates = Rates { hard_edges, prefer: Prefer::Balance, tolerance: 0.0 };
         let exposure = vec![open; working.positions.len()];
-        prices(&mut cost, &working, &given, hard_edges, Some(&exposure), 0.0, Scratch::new(&mut bytes))
-            .expect("enough");
+        prices(&mut cost, &working, &given, rates, Some(&exposure), Scratch::new(&mut bytes)).expect("enough");
         let short = bytes.len() - 1;
-        let refused =
-            prices(&mut cost.clone(), &working, &given, hard_edges, None, 0.0, Scratch::new(&mut bytes[..short]));
+        let refused = prices(&mut cost.clone(), &working, &given, rates, None, Scratch::new(&mut bytes[..short]));
         assert!(refused.is_err());
         let shared = (0..cost.len()).filter(|c| working.twin[*c] != NONE && working.fixed[*c] != DIAGONAL);
         assert!((0..cost.len()).all(|c| (working.fixed[c] == DIAGONAL) == cost[c].is_infinite()));
