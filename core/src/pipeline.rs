@@ -20,7 +20,7 @@ use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::overlap::overlaps_need;
 use crate::mesh::repair::{self, Counts, FORCED, Facing, Polygons, RepairError, Working, repair, repair_need};
 use crate::mesh::view::NONE;
-use crate::price::cost::{Prefer, Rates, prices, prices_need};
+use crate::price::cost::{FORBIDDEN, Prefer, Rates, prices, prices_need};
 use crate::price::given::{EdgeData, HardEdges, OnMesh};
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
@@ -170,6 +170,8 @@ pub struct Report {
     pub flipped: usize,
     /// Faces that overlap another on the grid: 0, or there is no atlas but one of [`Method::Neural`].
     pub overlapping: usize,
+    /// Edges that are cut though a weight forbids them: without, a piece could not be laid flat.
+    pub forbidden_cuts: usize,
     /// What was repaired.
     pub repaired: repair::Summary,
 }
@@ -362,6 +364,7 @@ pub fn unwrap_by(
         Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
         Method::Hybrid(learning) => hybrid(uv, cut, &scene, learning, frame.frame(), progress)?,
     }
+    done.forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
     report(progress, Stage::Seams, total, total)?;
     place(
         output.corner_uv,

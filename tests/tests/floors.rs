@@ -1,6 +1,6 @@
 //! The shape of the code: core's imports point to a lower floor, files are short and open with what they are.
 //!
-//! Floors, lowest first: base; mesh and learn/kernels; rays, segment, learn, atlas, judge (the stages); pipeline. A
+//! Floors, lowest first: base; mesh and learn/kernels; price; rays, segment, learn, atlas, judge (the stages); pipeline. A
 //! module imports from lower floors and from its own folder; so no stage imports another.
 //! `use` trees are expanded and every other path that begins with `crate::` is looked at too. Comments are skipped.
 //! The command's rooms are looked at in floors/cli.rs.
@@ -48,8 +48,9 @@ fn floor(path: &[&str]) -> Option<u32> {
     match path {
         ["base", ..] => Some(0),
         ["mesh", ..] | ["learn", "kernels", ..] => Some(1),
-        ["rays" | "segment" | "learn" | "atlas" | "judge" | "price", ..] => Some(2),
-        ["pipeline", ..] => Some(3),
+        ["price", ..] => Some(2),
+        ["rays" | "segment" | "learn" | "atlas" | "judge", ..] => Some(3),
+        ["pipeline", ..] => Some(4),
         _ => None,
     }
 }

@@ -13,6 +13,7 @@ use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::mesh::view::next;
+use crate::price::cost::FORBIDDEN;
 use glam::DVec2;
 
 /// Paths worth less than this share of the best wait for the next round.
@@ -96,7 +97,10 @@ pub fn extend(
         if added == most || score[*v as usize] < SHARE * best || score[*v as usize] <= 0.0 {
             break;
         }
-        if near[*v as usize] != 0 || paths.trace(surface, *v).any(|(_, w)| near[w as usize] != 0) {
+        if paths.cost[*v as usize] >= FORBIDDEN
+            || near[*v as usize] != 0
+            || paths.trace(surface, *v).any(|(_, w)| near[w as usize] != 0)
+        {
             continue;
         }
         for (c, _) in paths.trace(surface, *v) {
@@ -138,7 +142,7 @@ fn best_chord(cut: &[u8], on_cut: &[u8], density: &[f64], surface: &Surface) -> 
         let Some(t) = surface.across(cut, c) else { continue };
         let (a, b) = (surface.mesh.vertex(c) as usize, surface.mesh.vertex(next(c)) as usize);
         let cost = surface.cost[c as usize];
-        if c < t && on_cut[a] != 0 && on_cut[b] != 0 && cost.is_finite() {
+        if c < t && on_cut[a] != 0 && on_cut[b] != 0 && cost < FORBIDDEN {
             let length = surface.length(c);
             let worth = for_decision(length * length * 0.5 * (density[a] + density[b]) / cost.max(1e-300));
             if best.is_none_or(|b| worth > b.0) {

@@ -150,6 +150,12 @@ impl<'a> Pieces<'a> {
         Surface { mesh, twin, rest, cost, start: &[], corners: &[], stays_whole: false }
     }
 
+    /// Edges with two faces in a piece that are cut and whose cost is `wanted`.
+    pub fn cut_count(&self, cut: &[u8], wanted: impl Fn(f64) -> bool) -> usize {
+        let edges = (0..cut.len()).filter(|c| self.twin[*c] != NONE && cut[*c] != 0 && wanted(self.cost[*c]));
+        edges.count() / 2
+    }
+
     /// The two pairs of nodes that stand across from each other at each edge that is cut in piece `p`; `cut` and `node` have
     /// one entry a corner of all pieces.
     pub fn slits<'s>(&'s self, p: usize, cut: &'s [u8], node: &'s [u32]) -> impl Iterator<Item = [(u32, u32); 2]> + 's {
