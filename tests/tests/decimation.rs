@@ -1,14 +1,17 @@
 //! Decimation and the way back: invariants on made and on real meshes.
 
 use glam::DVec3;
-use seamwright_core::atlas::proxy::{proxy_costs, proxy_costs_need};
-use seamwright_core::atlas::transfer::{Transferred, transfer, transfer_need};
-use seamwright_core::atlas::{cut::cut_to_disks, energy::Rest, slide::Slides, surface::Surface};
 use seamwright_core::base::scratch::Scratch;
+use seamwright_core::carry::proxy::{proxy_costs, proxy_costs_need};
+use seamwright_core::carry::slide::Slides;
+use seamwright_core::carry::transfer::{Transferred, transfer, transfer_need};
+use seamwright_core::charts::surface::Surface;
+use seamwright_core::first::disks::cut_to_disks;
 use seamwright_core::mesh::collapse::Collapse;
 use seamwright_core::mesh::decimate::{decimate, decimate_need};
 use seamwright_core::mesh::topology::{twins, twins_need};
 use seamwright_core::mesh::view::{MeshView, NONE, next};
+use seamwright_core::solve::energy::Rest;
 use std::collections::{BTreeMap, BTreeSet};
 
 #[derive(Clone, Debug, PartialEq)]

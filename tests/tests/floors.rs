@@ -1,13 +1,11 @@
-//! The shape of the code: core's imports point to a lower floor, files are short and open with what they are.
+//! The shape of the code: core uses few crates, dependencies are explained, files are short and open with what they are.
 //!
-//! Floors, lowest first: base; mesh and learn/kernels; price; rays, segment, learn, atlas, judge (the stages); pipeline. A
-//! module imports from lower floors and from its own folder; so no stage imports another.
+//! The rooms of core and of the command, and how they may import each other, are looked at in floors/rooms.rs.
 //! `use` trees are expanded and every other path that begins with `crate::` is looked at too. Comments are skipped.
-//! The command's rooms are looked at in floors/cli.rs.
 //! Limit: names that a macro puts together are not seen.
 
-#[path = "floors/cli.rs"]
-mod cli;
+#[path = "floors/rooms.rs"]
+mod rooms;
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -41,28 +39,6 @@ fn sources(folder: &str) -> Vec<(String, String)> {
     found.sort();
     let name = |path: &Path| path.strip_prefix(&base).expect("below").to_str().expect("plain names").replace('\\', "/");
     found.iter().map(|path| (name(path), fs::read_to_string(path).expect("a text file"))).collect()
-}
-
-/// Height of a module of core, given by its path from the crate's root; None for names that are no floor.
-fn floor(path: &[&str]) -> Option<u32> {
-    match path {
-        ["base", ..] => Some(0),
-        ["mesh", ..] | ["learn", "kernels", ..] => Some(1),
-        ["price", ..] => Some(2),
-        ["rays" | "segment" | "learn" | "atlas" | "judge", ..] => Some(3),
-        ["pipeline", ..] => Some(4),
-        _ => None,
-    }
-}
-
-/// Whether code in module `from` may import `to`.
-fn may_import(from: &[&str], to: &[&str]) -> bool {
-    match (floor(from), floor(to)) {
-        (Some(low), Some(high)) => high < low || from[0] == to[0] && high <= low,
-        (None, _) => from.is_empty(), // lib.rs alone stands above the floors
-        // The root's own names: an item of lib.rs would be an arrow up.
-        (_, None) => false,
-    }
 }
 
 /// The module that a file of core/src holds: `rays/bvh.rs` is rays::bvh, `rays/mod.rs` rays, `lib.rs` the root.
@@ -118,32 +94,18 @@ fn paths(code: &str) -> Vec<(String, bool, bool)> {
     found
 }
 
-/// What is wrong with the imports of one file of core, as lines for a person.
-fn faults(file: &str, text: &str) -> Vec<String> {
+/// The crates that one file of core imports and may not, as lines for a person.
+fn foreign(file: &str, text: &str) -> Vec<String> {
     let code = code(text);
-    let own = module(file);
-    let is_tests = own.iter().any(|part| part.ends_with("_tests")); // a file that holds nothing else
+    let is_tests = module(file).iter().any(|part| part.ends_with("_tests")); // a file that holds nothing else
     let mut faults = Vec::new();
-    for (path, in_tests, indented) in paths(&code) {
-        let parts: Vec<&str> = path.split("::").collect();
-        let supers = parts.iter().take_while(|part| **part == "super").count();
-        let is_local = |name: &str| {
-            name == "self" || name.starts_with(char::is_uppercase) || code.contains(&format!("mod {name}"))
-        };
+    for (path, in_tests, _) in paths(&code) {
+        let first = path.split("::").next().unwrap_or("");
+        let is_local = ["self", "super", "crate"].contains(&first)
+            || first.starts_with(char::is_uppercase)
+            || code.contains(&format!("mod {first}"));
         let crates = if in_tests || is_tests { [CORE_CRATES, TEST_CRATES].concat() } else { CORE_CRATES.to_vec() };
-        if parts[0] == "crate" {
-            if !may_import(&own, &parts[1..]) {
-                faults.push(format!("core/src/{file}: {path} points up or sideways"));
-            }
-        } else if supers > 0 {
-            // An inner module's first `super` is the file's own module.
-            let up = supers - usize::from(indented);
-            let base = &own[..own.len().saturating_sub(up)];
-            let target = [base, &parts[supers..]].concat();
-            if up > 0 && !may_import(&own, &target) && !target.starts_with(&own[..1]) {
-                faults.push(format!("core/src/{file}: {path} points up or sideways"));
-            }
-        } else if !is_local(parts[0]) && !crates.contains(&parts[0]) {
+        if !is_local && !crates.contains(&first) {
             faults.push(format!("core/src/{file}: {path} is not from a crate that core may use"));
         }
     }
@@ -154,10 +116,10 @@ fn faults(file: &str, text: &str) -> Vec<String> {
 }
 
 #[test]
-fn no_import_of_core_points_up_or_sideways() {
+fn core_imports_the_allowed_crates_only() {
     let sources = sources("core/src");
     assert!(!sources.is_empty());
-    let faults: Vec<String> = sources.iter().flat_map(|(file, text)| faults(file, text)).collect();
+    let faults: Vec<String> = sources.iter().flat_map(|(file, text)| foreign(file, text)).collect();
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
@@ -215,29 +177,11 @@ fn every_file_is_short_and_opens_with_what_it_is() {
 }
 
 #[test]
-fn an_arrow_that_points_up_is_seen_in_every_form() {
-    let seen = |file: &str, text: &str| faults(file, text).len();
-    assert_eq!(seen("atlas/cut.rs", "use crate::rays::exposure::Exposure;"), 1);
-    assert_eq!(seen("atlas/cut.rs", "use crate::{\n    base::{heap::Heap, real},\n    judge::seams,\n};"), 1);
-    assert_eq!(seen("mesh/view.rs", "fn f() -> crate::rays::bvh::Node {}"), 1);
-    assert_eq!(seen("base/heap.rs", "use super::super::mesh::view::MeshView;"), 1);
-    assert_eq!(seen("rays/cast.rs", "use crate::pipeline::Settings;"), 1);
-    assert_eq!(seen("learn/kernels/avx2.rs", "use crate::learn::tape::Tape;"), 1);
+fn a_crate_that_core_may_not_use_is_seen() {
+    let seen = |file: &str, text: &str| foreign(file, text).len();
     assert_eq!(seen("rays/cast.rs", "use std::vec;\nuse serde::Deserialize;\nextern crate alloc;"), 3);
-}
-
-#[test]
-fn arrows_that_point_down_pass() {
-    let seen = |file: &str, text: &str| faults(file, text);
-    let none: Vec<String> = Vec::new();
-    assert_eq!(seen("pipeline.rs", "use crate::rays::bvh::BuildBvh;\nuse crate::base::real;"), none);
-    assert_eq!(
-        seen("atlas/cut.rs", "use super::charts::Chart; // not crate::rays::x\nuse crate::mesh::view::next;"),
-        none
-    );
-    assert_eq!(seen("learn/tape.rs", "use super::kernels::product;\nuse glam::Vec3;\nuse core::mem;"), none);
-    assert_eq!(seen("learn/tape.rs", "pub use self::ops::Op;\nmod ops;\nuse ops::Other;\nuse Op::*;"), none);
-    assert_eq!(seen("mesh/repair_tests/many.rs", "use super::*;\nuse std::vec;"), none);
-    let tests = "#[cfg(test)]\nmod tests {\n    use super::*;\n    use std::vec;\n    use super::super::view::next;\n}";
-    assert_eq!(seen("mesh/topology.rs", tests), none);
+    assert_eq!(seen("learn/tape.rs", "use super::kernels::product;\nuse glam::Vec3;\nuse core::mem;"), 0);
+    assert_eq!(seen("learn/tape.rs", "pub use self::ops::Op;\nmod ops;\nuse ops::Other;\nuse Op::*;"), 0);
+    assert_eq!(seen("mesh/repair_tests/many.rs", "use super::*;\nuse std::vec;"), 0);
+    assert_eq!(seen("mesh/topology.rs", "#[cfg(test)]\nmod tests {\n    use super::*;\n    use std::vec;\n}"), 0);
 }

@@ -5,8 +5,8 @@ use seamwright_core::base::random::unit_f64;
 use seamwright_core::base::real::{cos, sin};
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Serial;
-use seamwright_core::mesh::grid::{GRID_BITS, GridPoint, GridTriangle};
-use seamwright_core::mesh::overlap::{flips, overlaps, overlaps_need};
+use seamwright_core::plane::grid::{GRID_BITS, GridPoint, GridTriangle};
+use seamwright_core::plane::overlap::{flips, overlaps, overlaps_need};
 use std::time::Instant;
 
 /// Two faces a cell of a jittered lattice in the unit square, its cells `aspect` times as high as wide, turned by `angle`.

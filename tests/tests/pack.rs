@@ -1,10 +1,10 @@
 //! Packing: behaviour on exact small cases, degenerate input, and random charts against a naive check.
 
 use glam::DVec2;
-use seamwright_core::atlas::pack::{Charts, Mode, Placement, Settings, Summary, pack, pack_need};
 use seamwright_core::base::random::unit_f64;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::{Serial, Workers};
+use seamwright_core::pack::{Charts, Mode, Placement, Settings, Summary, pack, pack_need};
 
 /// Charts as fans or strips of triangles; every triangle has vertices of its own chart only.
 #[derive(Default)]

@@ -1,6 +1,6 @@
 //! How many parts, as asked.
 
-use seamwright_core::segment;
+use seamwright_core::parts::segmentation;
 
 /// How many parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,14 +17,14 @@ pub enum PartsArg {
 
 impl PartsArg {
     /// As core takes it; `None` for off.
-    pub fn to_core(self, seed: u64) -> Option<segment::parts::Settings> {
+    pub fn to_core(self, seed: u64) -> Option<segmentation::Settings> {
         let count = match self {
             PartsArg::Off => return None,
-            PartsArg::Auto => segment::parts::Count::Auto,
-            PartsArg::Count(count) => segment::parts::Count::Exactly(count),
-            PartsArg::Published => segment::parts::Count::PUBLISHED,
+            PartsArg::Auto => segmentation::Count::Auto,
+            PartsArg::Count(count) => segmentation::Count::Exactly(count),
+            PartsArg::Published => segmentation::Count::PUBLISHED,
         };
-        Some(segment::parts::Settings { count, seed })
+        Some(segmentation::Settings { count, seed })
     }
 
     /// As on the command line.

@@ -10,9 +10,9 @@ use crate::formats::loaded::Loaded;
 use crate::mesh::polygons::Mesh;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
+use seamwright_core::parts::segmentation::Settings;
 use seamwright_core::pipeline::Input;
 use seamwright_core::pipeline::polygons::{self, Source, parts_of_polygons, parts_of_polygons_need};
-use seamwright_core::segment::parts::Settings;
 
 /// The parts of a mesh, numbered by size, diameter and place.
 pub struct MeshParts {

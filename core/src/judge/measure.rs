@@ -12,9 +12,9 @@ use super::seams::{Seams, seams, seams_need};
 use super::wedges::{UvTopology, uv_topology, uv_topology_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Serial;
-use crate::mesh::grid::{GridPoint, GridTriangle, doubled_area, grid_bits};
-use crate::mesh::overlap::{overlaps, overlaps_need};
 use crate::mesh::view::NONE;
+use crate::plane::grid::{GridPoint, GridTriangle, doubled_area, grid_bits};
+use crate::plane::overlap::{overlaps, overlaps_need};
 use glam::DVec2;
 
 /// Texels a side at which coverage is sampled unless the caller says otherwise.

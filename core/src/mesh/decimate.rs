@@ -5,7 +5,7 @@
 //! when it comes up. A collapse is allowed where the link condition holds on the surface with its holes capped (Dey et
 //! al. 1999), no face turns over and no sliver arises.
 //! Guarantee: an oriented manifold stays one, and so do its genus, its components and its border loops. The answer holds
-//! the collapses in order, so that what is found on the coarse mesh can be carried back (`atlas::transfer`).
+//! the collapses in order, so that what is found on the coarse mesh can be carried back (`carry::transfer`).
 //! Limits: a vertex that is the tip of two fans stays, and so do its neighbours' edges to it. Where no collapse is allowed
 //! any more, the target is missed; the summary says so.
 

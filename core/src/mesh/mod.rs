@@ -2,12 +2,9 @@
 
 pub mod collapse;
 pub mod decimate;
-pub mod fill;
 pub mod frame;
-pub mod grid;
 pub mod loops;
 pub mod normals;
-pub mod overlap;
 pub mod polygon;
 pub mod quadric;
 pub mod repair;

@@ -2,7 +2,7 @@
 //!
 //! `neural`: a piece is trained from its points, normals and exposure (see `learn::train`), starting from a map that is one to
 //! one: the exact stages' charts of the piece, side by side, of which each vertex takes the UV of its widest wedge. The trained
-//! map is evaluated at every vertex, cut where it tears (`atlas::tears`) and packed. What then overlaps is counted, not mended.
+//! map is evaluated at every vertex, cut where it tears (`tears`) and packed. What then overlaps is counted, not mended.
 //! `hybrid`: each piece is made by the exact stages; a network is trained from that start, and where its map has seams a cut
 //! costs less: the exact stages run again on these costs. Of both results the one whose cuts cost less without the rebate is
 //! kept, if it holds the bound as well. Every guarantee is that of the exact stages.
@@ -10,21 +10,22 @@
 //! Without weight on visibility, `neural` is blind to exposure from the start on.
 
 use super::UnwrapError;
+use super::pieces::unwrap_pieces;
+use super::tears::{Torn, tear};
 use super::training::{train_pieces, training_need};
-use crate::atlas::bound::distortion;
-use crate::atlas::pieces::{Pieces, unwrap_pieces};
-use crate::atlas::seams::{Budget, make_charts};
-use crate::atlas::surface::Surface;
-use crate::atlas::tears::{Torn, tear};
 use crate::base::progress::{Progress, Stage};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::workers::Workers;
+use crate::charts::pieces::Pieces;
+use crate::charts::surface::Surface;
 use crate::learn::evaluate::{Frame, evaluate};
 use crate::learn::kernels::Path;
 use crate::learn::losses::Loss;
 use crate::learn::train::{self, Sample};
 use crate::mesh::view::next;
+use crate::search::seams::{Budget, make_charts};
+use crate::solve::bound::distortion;
 use glam::{DVec2, DVec3};
 
 /// Pieces that are trained at the most.

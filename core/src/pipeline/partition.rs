@@ -3,10 +3,10 @@
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
 use crate::mesh::view::MeshView;
+use crate::parts::segmentation::{Count, Settings, Summary, Surface, parts, parts_need};
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::{Ray, Scene};
 use crate::rays::diameter::{DiameterSettings, diameter, diameter_need};
-use crate::segment::parts::{Count, Settings, Summary, Surface, parts, parts_need};
 use glam::Vec3;
 
 /// Rays for the shape diameter over the whole mesh: 60 a face (DESIGN 4.3) up to 5,000 faces, then fewer a face. Where

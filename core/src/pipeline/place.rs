@@ -7,24 +7,24 @@
 
 use super::order::order_charts;
 use super::{Report, Settings, UnwrapError, report};
-use crate::atlas::apart::{mark_turned, set_apart};
-use crate::atlas::bound::distortion;
-use crate::atlas::cut::disks_again;
-use crate::atlas::halving::halve;
-use crate::atlas::pack::{self, Placement};
-use crate::atlas::pieces::Pieces;
-use crate::atlas::settle::settle;
-use crate::atlas::snap::{close_slits, mark_rejoined, packing_step, straighten, uv_area};
-use crate::atlas::split::{Split, split_overlaps};
-use crate::atlas::surface::Surface;
 use crate::base::progress::{Progress, Stage};
 use crate::base::real;
 use crate::base::scratch::Scratch;
 use crate::base::workers::Workers;
-use crate::mesh::grid::{GRID_BITS, GridPoint, GridTriangle};
-use crate::mesh::overlap::overlaps;
+use crate::charts::pieces::Pieces;
+use crate::charts::surface::Surface;
+use crate::finish::apart::{mark_turned, set_apart};
+use crate::finish::settle::settle;
+use crate::finish::snap::{close_slits, mark_rejoined, packing_step, straighten, uv_area};
+use crate::first::disks::disks_again;
+use crate::first::halving::halve;
 use crate::mesh::repair::Working;
 use crate::mesh::view::NONE;
+use crate::pack::{self, Placement};
+use crate::plane::grid::{GRID_BITS, GridPoint, GridTriangle};
+use crate::plane::overlap::overlaps;
+use crate::search::split::{Split, split_overlaps};
+use crate::solve::bound::distortion;
 use glam::DVec2;
 
 /// Times that an atlas which fails the exact check is split and packed anew.

@@ -15,17 +15,17 @@ use crate::base::sort;
 use crate::base::workers::Workers;
 use crate::mesh::repair::{Facing, Working, repair, repair_need};
 use crate::mesh::view::NONE;
+use crate::parts;
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
 use crate::rays::diameter::{DiameterSettings, diameter};
-use crate::segment;
 use glam::Vec3;
 
 /// Where the parts come from.
 #[derive(Clone, Copy, Debug)]
 pub enum Source<'a> {
     /// The shape alone.
-    Shape(segment::parts::Settings),
+    Shape(parts::segmentation::Settings),
     /// One label a polygon; equal labels are one part. Polygons beyond the list have one label.
     Labels(&'a [u32]), // (p)
 }
@@ -242,7 +242,7 @@ mod tests {
 
     #[test]
     fn a_polygon_that_repair_drops_gets_a_part_all_the_same() {
-        let (count, part, _) = run(Source::Shape(segment::parts::Settings::default()), 0).unwrap();
+        let (count, part, _) = run(Source::Shape(parts::segmentation::Settings::default()), 0).unwrap();
         assert!(count >= 1 && part.iter().all(|p| (*p as usize) < count), "{part:?}");
     }
 

@@ -6,12 +6,12 @@
 
 use super::UnwrapError;
 use super::learned::{Learning, MOST, Scene};
-use crate::atlas::charts::Charts;
-use crate::atlas::surface::Surface;
 use crate::base::progress::{Progress, Stage};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Serial, for_each_chunk};
+use crate::charts::list::Charts;
+use crate::charts::surface::Surface;
 use crate::learn::evaluate::evaluate_need;
 use crate::learn::kernels::Path;
 use crate::learn::losses::Loss;

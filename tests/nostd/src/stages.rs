@@ -16,10 +16,10 @@ use seamwright_core::learn::losses::{Loss, LossWeights};
 use seamwright_core::learn::train::{self, Sample, TrainError, Unwatched, train};
 use seamwright_core::mesh::normals::{NormalWeight, vertex_normals};
 use seamwright_core::mesh::view::MeshView;
+use seamwright_core::parts::segmentation;
 use seamwright_core::pipeline::polygons::{Parts, Source, parts_of_polygons};
 use seamwright_core::pipeline::{Input, Output, Packing, Settings, UnwrapError, unwrap};
 use seamwright_core::rays::binned::BinnedBuilder;
-use seamwright_core::segment;
 
 /// Rays a vertex.
 const RAYS: u32 = 64;
@@ -108,7 +108,7 @@ pub fn stages(
 
     let part = scratch.take::<u32>(faces.len())?;
     let diameter = scratch.take::<f32>(faces.len())?;
-    let shape = Source::Shape(segment::parts::Settings { seed, ..Default::default() });
+    let shape = Source::Shape(segmentation::Settings { seed, ..Default::default() });
     let out = Parts { part, diameter };
     let (bvh, frame) = (&BinnedBuilder, scratch.frame());
     let parts = parts_of_polygons(out, &input, shape, bvh, frame, workers, &mut Silent).map_err(Failure::Unwrap)?;

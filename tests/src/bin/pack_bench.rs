@@ -6,10 +6,10 @@
 //! what the judge measures. `--out` writes each packed OBJ into a folder. See tests/bench/pack_peers.py for the peers.
 
 use glam::{DVec2, DVec3};
-use seamwright_core::atlas::pack::{Charts, Placement, Settings, pack, pack_need};
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::union_find::UnionFind;
 use seamwright_core::base::workers::Workers;
+use seamwright_core::pack::{Charts, Placement, Settings, pack, pack_need};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{env, error::Error, fmt::Write, fs, path::Path, time::Instant};
 

@@ -11,9 +11,9 @@
 use seamwright_core::base::{scratch::Scratch, workers::Serial};
 use seamwright_core::mesh::topology::{twins, twins_need};
 use seamwright_core::mesh::view::MeshView;
+use seamwright_core::parts::segmentation::{Count, Settings};
 use seamwright_core::pipeline::partition::{partition, partition_need};
 use seamwright_core::rays::binned::BinnedBuilder;
-use seamwright_core::segment::parts::{Count, Settings};
 use seamwright_tests::{load_obj, rand_error, seconds};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::read_to_string;

@@ -1,0 +1,5 @@
+//! Cuts of a decimated mesh, carried over to the mesh it came from.
+
+pub mod proxy;
+pub mod slide;
+pub mod transfer;

@@ -1,0 +1,9 @@
+//! Charts: a surface with cuts, what the cuts leave, paths over it, and work on charts side by side.
+
+pub mod list;
+pub mod patch;
+pub mod paths;
+pub mod pieces;
+pub mod surface;
+pub mod wedge_paths;
+pub mod work;

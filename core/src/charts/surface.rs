@@ -1,0 +1,196 @@
+//! A surface with cuts: which corners share one UV, which faces one chart.
+//!
+//! A wedge is a largest run of corners around a vertex that no cut or border edge interrupts; its corners share one UV.
+//! Cuts are flags on half-edges (set on both twins), UVs stand at corners: everything else follows from those two, so a
+//! change touches only what it changes.
+
+use crate::base::real::{for_cost, sqrt};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::mesh::view::{MeshView, NONE, next, prev};
+use crate::solve::energy::Rest;
+
+/// A mesh that never changes, with what cuts cost on it.
+#[derive(Clone, Copy)]
+pub struct Surface<'a> {
+    /// Positions and faces of an oriented manifold.
+    pub mesh: MeshView<'a>,
+    /// The opposite half-edge of each corner's half-edge, or `NONE` on the border.
+    pub twin: &'a [u32], // (3 f)
+    /// Rest shape of each face.
+    pub rest: &'a [Rest], // (f)
+    /// Cost of cutting each half-edge, equal for twins; infinite where a cut is forbidden.
+    pub cost: &'a [f64], // (3 f)
+    /// First entry of each vertex in `corners`.
+    pub start: &'a [u32], // (n + 1)
+    /// The corners at each vertex.
+    pub corners: &'a [u32], // (3 f)
+    /// Whether charts stay whole: their borders are kept from running over themselves, and no path may part them.
+    pub stays_whole: bool,
+}
+
+/// Scratch bytes that [`Surface::new`] keeps.
+pub const fn surface_need(faces: usize, vertices: usize) -> usize {
+    bytes_for::<u32>(vertices + 2) + bytes_for::<u32>(3 * faces)
+}
+
+impl<'a> Surface<'a> {
+    /// Lists the corners of each vertex and borrows the rest.
+    pub fn new<'k: 'a>(
+        mesh: MeshView<'a>,
+        twin: &'a [u32],
+        rest: &'a [Rest],
+        cost: &'a [f64],
+        keep: &mut Scratch<'k>,
+    ) -> Result<Self, ScratchTooSmall> {
+        let n = mesh.positions.len();
+        let start = keep.take::<u32>(n + 2)?;
+        let corners = keep.take::<u32>(mesh.corner_count())?;
+        for c in 0..mesh.corner_count() as u32 {
+            start[mesh.vertex(c) as usize + 2] += 1;
+        }
+        for v in 2..n + 2 {
+            start[v] += start[v - 1];
+        }
+        for c in 0..mesh.corner_count() as u32 {
+            let at = &mut start[mesh.vertex(c) as usize + 1];
+            corners[*at as usize] = c;
+            *at += 1;
+        }
+        Ok(Self { mesh, twin, rest, cost, start, corners, stays_whole: false })
+    }
+
+    /// Corners at vertex `v`.
+    pub fn corners_at(&self, v: u32) -> &'a [u32] {
+        &self.corners[self.start[v as usize] as usize..self.start[v as usize + 1] as usize]
+    }
+
+    /// The half-edges (named by one of their corners) and the far ends of the edges at vertex `v`.
+    pub fn edges_at(&self, v: u32) -> impl Iterator<Item = (u32, u32)> + '_ {
+        self.corners_at(v).iter().flat_map(move |c| {
+            let into = prev(*c);
+            let border = (self.twin[into as usize] == NONE).then(|| (into, self.mesh.vertex(into)));
+            [Some((*c, self.mesh.vertex(next(*c)))), border].into_iter().flatten()
+        })
+    }
+
+    /// The far end of the half-edge of `c`.
+    pub fn far_end(&self, c: u32) -> u32 {
+        self.mesh.vertex(next(c))
+    }
+
+    /// Whether vertex `v` is on the border.
+    pub fn is_on_border(&self, v: u32) -> bool {
+        self.corners_at(v).iter().any(|c| self.twin[*c as usize] == NONE)
+    }
+
+    /// Length of the half-edge of corner `c`, rounded for sums along paths.
+    pub fn length(&self, c: u32) -> f64 {
+        let d = self.mesh.position(next(c)) - self.mesh.position(c);
+        for_cost(sqrt(d.dot(d)))
+    }
+
+    /// The corner across the edge of `c`, unless a cut or the border is there.
+    #[inline]
+    pub fn across(&self, cut: &[u8], c: u32) -> Option<u32> {
+        let t = self.twin[c as usize];
+        (t != NONE && cut[c as usize] == 0).then_some(t)
+    }
+
+    /// Whether the edge of `c` is a cut or the border.
+    #[inline]
+    pub fn is_open(&self, cut: &[u8], c: u32) -> bool {
+        self.twin[c as usize] == NONE || cut[c as usize] != 0
+    }
+
+    /// The open half-edge that follows the open half-edge of `c` along the same border.
+    pub fn following(&self, cut: &[u8], c: u32) -> u32 {
+        let mut out = next(c);
+        while let Some(t) = self.across(cut, out) {
+            out = next(t);
+        }
+        out
+    }
+
+    /// The border that the open half-edge `first` is on, once round from there.
+    pub fn border<'s>(&'s self, cut: &'s [u8], first: u32) -> impl Iterator<Item = u32> + 's {
+        core::iter::successors(Some(first), move |c| Some(self.following(cut, *c)).filter(|c| *c != first))
+    }
+
+    /// Sets or clears the cut on both sides of the edge of `c`.
+    pub fn set_cut(&self, cut: &mut [u8], c: u32, value: bool) {
+        cut[c as usize] = u8::from(value);
+        if self.twin[c as usize] != NONE {
+            cut[self.twin[c as usize] as usize] = u8::from(value);
+        }
+    }
+
+    /// First corner of the wedge of `c`: the clockwise end, or the smallest corner of a closed fan.
+    pub fn wedge_start(&self, cut: &[u8], c: u32) -> u32 {
+        let (mut at, mut least) = (c, c);
+        while let Some(t) = self.across(cut, at) {
+            at = next(t);
+            if at == c {
+                return least;
+            }
+            least = least.min(at);
+        }
+        at
+    }
+
+    /// Corners of the wedge that starts at `start`, counter-clockwise.
+    pub fn wedge<'s>(&'s self, cut: &'s [u8], start: u32) -> impl Iterator<Item = u32> + 's {
+        let mut at = Some(start);
+        core::iter::from_fn(move || {
+            let c = at?;
+            at = self.across(cut, prev(c)).filter(|c| *c != start);
+            Some(c)
+        })
+    }
+
+    /// Numbers the wedges: `node` (one entry a corner) gets the wedge of each corner, in order of their first corners.
+    /// Returns their count.
+    pub fn wedges(&self, cut: &[u8], node: &mut [u32]) -> usize {
+        node.fill(NONE);
+        let mut count = 0;
+        for c in 0..node.len() as u32 {
+            if node[c as usize] == NONE {
+                let start = self.wedge_start(cut, c);
+                for d in self.wedge(cut, start) {
+                    node[d as usize] = count;
+                }
+                count += 1;
+            }
+        }
+        count as usize
+    }
+
+    /// Numbers the charts: `chart` (one entry a face), in order of their first faces. `queue` has one entry a face.
+    /// Returns their count.
+    pub fn charts(&self, cut: &[u8], chart: &mut [u32], queue: &mut [u32]) -> usize {
+        chart.fill(NONE);
+        let mut count = 0;
+        for seed in 0..chart.len() {
+            if chart[seed] != NONE {
+                continue;
+            }
+            chart[seed] = count;
+            queue[0] = seed as u32;
+            let (mut head, mut tail) = (0, 1);
+            while head < tail {
+                let f = queue[head];
+                head += 1;
+                for c in 3 * f..3 * f + 3 {
+                    if let Some(t) = self.across(cut, c)
+                        && chart[(t / 3) as usize] == NONE
+                    {
+                        chart[(t / 3) as usize] = count;
+                        queue[tail] = t / 3;
+                        tail += 1;
+                    }
+                }
+            }
+            count += 1;
+        }
+        count as usize
+    }
+}

@@ -1,0 +1,7 @@
+//! First cuts and first maps: every component becomes disks, and every disk a map without flips.
+
+pub mod disks;
+pub mod halving;
+pub mod handles;
+mod joining;
+mod tips;

@@ -1,0 +1,118 @@
+//! Charts of every piece: small pieces are worked on side by side, a large one has all workers to itself.
+//!
+//! Guarantee: what a piece becomes depends on no other piece, and on no number of threads.
+
+use crate::base::scratch::Scratch;
+use crate::base::slices::take_first;
+use crate::base::workers::{Serial, Workers, for_each_chunk};
+use crate::charts::pieces::Pieces;
+use crate::charts::surface::surface_need;
+use crate::search::seams::{Budget, SeamError, make_charts, make_charts_need};
+use glam::DVec2;
+
+/// Pieces of at most this share of all faces are worked on side by side.
+const SMALL: usize = 8;
+/// Pieces that are worked on at the same time.
+const LANES: usize = 8;
+
+/// Scratch bytes that [`unwrap_pieces`] asks for.
+pub fn unwrap_pieces_need(pieces: &Pieces) -> usize {
+    (0..pieces.count()).map(|p| piece_need(pieces, p)).max().unwrap_or(0)
+}
+
+fn piece_need(pieces: &Pieces, p: usize) -> usize {
+    let (faces, vertices) = (pieces.corners(p).len() / 3, pieces.vertex_count(p));
+    surface_need(faces, vertices) + make_charts_need(faces, vertices)
+}
+
+/// One piece at work.
+struct Job<'j> {
+    piece: usize,
+    uv: &'j mut [DVec2],
+    cut: &'j mut [u8],
+    scratch: Option<Scratch<'j>>,
+    result: Result<(), SeamError>,
+}
+
+/// Makes charts of every piece: `uv` and `cut` have one entry a corner, in the order of the pieces.
+pub fn unwrap_pieces(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    pieces: &Pieces,
+    budget: Budget,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut(usize) -> bool,
+) -> Result<(), SeamError> {
+    scratch.require(unwrap_pieces_need(pieces))?;
+    let total = pieces.rest().len();
+    let mut p = 0;
+    while p < pieces.count() {
+        let corners = pieces.corners(p);
+        if SMALL * corners.len() / 3 > total {
+            alone(uv, cut, pieces, p, budget, scratch.frame(), workers, &mut || proceed(p))?;
+            p += 1;
+            continue;
+        }
+        if !proceed(p) {
+            return Err(SeamError::Stopped);
+        }
+        let mut short = heapless::Vec::<usize, LANES>::new();
+        {
+            let mut wave = scratch.frame();
+            let mut jobs = heapless::Vec::<Job, LANES>::new();
+            let first = corners.start;
+            let (mut uv_left, mut cut_left) = (&mut uv[first..], &mut cut[first..]);
+            while p < pieces.count() && !jobs.is_full() {
+                let len = pieces.corners(p).len();
+                let need = piece_need(pieces, p);
+                if SMALL * len / 3 > total || (wave.remaining() < need && !jobs.is_empty()) {
+                    break;
+                }
+                let (uv, cut) = (take_first(&mut uv_left, len), take_first(&mut cut_left, len));
+                jobs.push(Job { piece: p, uv, cut, scratch: Some(wave.split(need)?), result: Ok(()) }).ok();
+                p += 1;
+            }
+            for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(pieces, budget));
+            for job in &jobs {
+                match job.result {
+                    Err(SeamError::Scratch(_)) => short.push(job.piece).unwrap_or_default(),
+                    result => result?,
+                }
+            }
+        }
+        // What a piece needs is an estimate: those that it leaves short have all memory to themselves.
+        for p in short {
+            alone(uv, cut, pieces, p, budget, scratch.frame(), workers, &mut || proceed(p))?;
+        }
+    }
+    Ok(())
+}
+
+/// Makes charts of piece `p` with all memory and all workers.
+#[allow(clippy::too_many_arguments)]
+fn alone(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    pieces: &Pieces,
+    p: usize,
+    budget: Budget,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut() -> bool,
+) -> Result<(), SeamError> {
+    let corners = pieces.corners(p);
+    let mut frame = scratch.frame();
+    let surface = pieces.surface(p, &mut frame)?;
+    make_charts(&mut uv[corners.clone()], &mut cut[corners], &surface, budget, frame, workers, proceed)
+}
+
+impl Job<'_> {
+    fn run(&mut self, pieces: &Pieces, budget: Budget) {
+        let Some(mut scratch) = self.scratch.take() else { return };
+        self.result = (|| {
+            let surface = pieces.surface(self.piece, &mut scratch)?;
+            make_charts(self.uv, self.cut, &surface, budget, scratch, &Serial, &mut || true)
+        })();
+    }
+}

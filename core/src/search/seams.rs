@@ -1,0 +1,487 @@
+//! Seam optimisation: one budget of distortion, spent where it hides most.
+//!
+//! From the least cuts that make disks with all tips on their borders, cuts grow along cheapest paths towards what is
+//! still too distorted (top-down, against OptCuts' and the greedy gluing of many charts: Li et al. 2018). Each round opens
+//! its slits by a few Newton steps from the map before it, so no map is ever flipped. Charts that overlap themselves are
+//! split where it costs least, bulky ones where it saves most of the square, and small ones are glued where they fit.
+//! Large pieces are cut by way of a decimated mesh.
+//! Guarantee: disks, no flips; no overlap inside a chart where splitting ends within its rounds.
+//! Cuts that the bound does not need in the end are zipped again.
+//! Limit: paths slide only while they are carried over from a decimated mesh.
+
+use super::compact::{compact_need, split_bulky};
+use super::extend::extend;
+use super::glue::{Limits, glue_need, glue_small};
+use super::split::{Split, split_overlaps};
+use super::zip::{Goal, Which, zip, zip_need};
+use crate::base::real::sqrt;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::workers::Workers;
+use crate::carry::proxy::{proxy_costs, proxy_costs_need};
+use crate::carry::slide::Slides;
+use crate::carry::transfer::{transfer, transfer_need};
+use crate::charts::list::Charts;
+use crate::charts::patch::{SEEDS, patch_need, relax_patch};
+use crate::charts::surface::Surface;
+use crate::charts::work::{Work, job_need, work_on};
+use crate::first::disks::cut_to_disks;
+use crate::first::halving::{flatten_all, flatten_below};
+use crate::mesh::collapse::Collapse;
+use crate::mesh::decimate::{decimate, decimate_need};
+use crate::mesh::topology::twins;
+use crate::mesh::view::MeshView;
+use crate::plane::overlap::overlaps_need;
+use crate::solve::bound::{distortion, energies, most_distorted, worst};
+use crate::solve::energy::{MOLLIFY, Rest, even_out};
+use crate::solve::relax::Stop;
+use glam::{DVec2, DVec3};
+
+/// What the search may spend.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Bound on the mean symmetric Dirichlet energy over 4.
+    pub distortion: f64,
+    /// Whether a chart may be bulky: where charts are parts, a part should be one.
+    pub bulky: bool,
+    /// Whether a piece stays one chart; larger ones than can be walled only become few.
+    pub whole: bool,
+}
+
+/// Why the search ended without charts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SeamError {
+    /// More memory is needed.
+    Scratch(ScratchTooSmall),
+    /// The callback asked to stop.
+    Stopped,
+}
+
+impl From<ScratchTooSmall> for SeamError {
+    fn from(e: ScratchTooSmall) -> Self {
+        SeamError::Scratch(e)
+    }
+}
+
+/// Pieces of more faces are cut by way of a decimated mesh. Nefertiti (100k faces): 10k finds shorter seams than the full
+/// mesh in a twentieth of the time; 5k to 20k differ by less than two neighbouring seeds of the search.
+const PROXY_FROM: usize = 30_000;
+/// Faces of that mesh.
+const PROXY_FACES: usize = 10_000;
+/// How far paths may slide while they are carried over.
+const SLIDES: Slides = Slides { reach: 2.0, rounds: 3 };
+/// Distortion below the bound at which extension ends: it is left to gluing and to gathering.
+const RESERVE: f64 = 1.5e-3;
+/// The reserve is at most this share of what the bound allows: at 1.003, 0.1 makes as many seams and more distortion.
+const RESERVE_SHARE: f64 = 0.3;
+/// Share of what the bound allows to which gluing goes.
+const GLUE_TO: f64 = 0.97;
+/// Distortion below the bound to which zipping goes: as near as gluing at 1.025.
+const ZIP_RESERVE: f64 = 7.5e-4;
+/// It is at most this share of what the bound allows, for angles and areas at tight bounds.
+const ZIP_RESERVE_SHARE: f64 = 0.27;
+/// Most excess of a glued chart over what the bound allows on the mean.
+const OWN_EXCESS: f64 = 12.0;
+/// And its mean energy over 4, less 1, whatever the bound.
+const MOST_EXCESS: f64 = 0.15;
+/// Times that extension, splitting and gluing may begin again where they end above the bound.
+const PASSES: usize = 3;
+/// Reweighted relaxations at the end, and the Newton steps of each.
+const CONCENTRATIONS: usize = 2;
+/// Excess energy, over its mean, from which gathering holds a face back again: without, single faces reach an energy of 40
+/// times an isometry's at the bound 1.025.
+const WORST: f64 = 10.0;
+/// See [`CONCENTRATIONS`].
+const GATHER_STOP: Stop = Stop { steps: 3, tolerance: 1e-5 };
+/// Paths that a round of extension adds at the most: more where the distortion is above the goal by more than [`FAR`] times
+/// what the goal allows, so that tight bounds are reached within the rounds.
+const PATHS: usize = 3;
+/// See [`PATHS`].
+const PATHS_FAR: usize = 8;
+/// See [`PATHS`].
+const FAR: f64 = 5.0;
+/// Rounds of extension at the most; each adds paths where the distortion is worst.
+const ROUNDS: usize = 80;
+/// Times that all charts are relaxed because nothing is left to cut, each followed by more extension where it helped.
+const RELAXATIONS: usize = 8;
+/// Newton steps of such a relaxation.
+const FAR_STOP: Stop = Stop { steps: 60, tolerance: 1e-3 };
+/// Below this share of the distortion before, such a relaxation has found charts that were far from rest.
+const AT_REST: f64 = 0.99;
+/// Rounds of cutting towards faces above the cap.
+const CAP_ROUNDS: usize = 30;
+/// Rounds of splitting bulky charts.
+const COMPACTIONS: usize = 12;
+/// Rounds of gluing, each followed by splitting what then overlaps.
+const GLUINGS: usize = 2;
+/// Rounds of splitting at the most.
+const SPLITS: usize = 60;
+/// Newton steps of a round: the map need not be at rest before the next cut is chosen.
+const ROUND_STOP: Stop = Stop { steps: 5, tolerance: 1e-4 };
+
+/// Scratch bytes that [`make_charts`] asks for.
+pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
+    let corners = 3 * faces;
+    let lists = bytes_for::<Rest>(faces) + bytes_for::<u8>(faces) + 3 * bytes_for::<u32>(faces + 2);
+    let growing = 12 * bytes_for::<f64>(vertices) + 12 * bytes_for::<u32>(vertices) + bytes_for::<[u64; 2]>(corners);
+    let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
+    let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
+    let zipping = if faces <= PROXY_FROM { zip_need(faces, vertices) + splitting.max(jobs) } else { 0 };
+    let direct = lists
+        + growing
+            .max(splitting)
+            .max(zipping)
+            .max(jobs)
+            .max(glue_need(faces))
+            .max(compact_need(faces))
+            .max(patch_need(faces));
+    if faces <= PROXY_FROM {
+        return direct;
+    }
+    let coarse = 2 * PROXY_FACES;
+    let kept = bytes_for::<Collapse>(vertices) + 600 * coarse;
+    let full = bytes_for::<[u32; 3]>(faces) + bytes_for::<u32>(vertices) + decimate_need(vertices, faces);
+    let search = make_charts_need(PROXY_FROM, coarse);
+    let carry = transfer_need(vertices, faces).max(proxy_costs_need(vertices, coarse));
+    direct.max(kept + full.max(search).max(carry))
+}
+
+/// Cuts and flattens the surface: writes `cut` (one flag a half-edge) and `uv` (one point a corner).
+pub fn make_charts(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut() -> bool,
+) -> Result<(), SeamError> {
+    let faces = surface.mesh.faces.len();
+    let large = faces > PROXY_FROM;
+    // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
+    let budget = Budget { whole: budget.whole && !large, ..budget };
+    let surface = &Surface { stays_whole: budget.whole, ..*surface };
+    if !large || !cut_by_proxy(cut, surface, budget, scratch.frame(), workers, proceed)? {
+        cut.fill(0);
+        cut_to_disks(cut, surface, scratch.frame())?;
+    }
+    flatten_all(uv, cut, surface, scratch.frame(), workers)?;
+    let changed = scratch.take::<u8>(faces)?;
+    let mut search = Search { uv, cut, changed, surface, workers, proceed };
+    let compact = !large && !budget.bulky;
+    if compact {
+        search.part_bulky(scratch.frame())?;
+    }
+    for _ in 0..PASSES {
+        search.extend(budget.distortion, scratch.frame())?;
+        search.part_overlaps(scratch.frame())?;
+        if compact {
+            search.part_bulky(scratch.frame())?;
+        }
+        search.glue(budget, scratch.frame())?;
+        if search.distortion() <= budget.distortion {
+            break;
+        }
+    }
+    search.cap(budget.distortion, scratch.frame())?;
+    if !large {
+        search.zip(budget, Which::All, scratch.frame())?;
+        search.zip(budget, Which::Slivers, scratch.frame())?;
+    }
+    search.concentrate(budget.distortion, scratch.frame())?;
+    search.cap(budget.distortion, scratch.frame())?;
+    // Slivers that the last two have made.
+    if large { search.glue_once(budget, scratch).map(|_| ()) } else { search.zip(budget, Which::Slivers, scratch) }
+}
+
+/// A surface on its way to an atlas.
+struct Search<'s> {
+    uv: &'s mut [DVec2],
+    cut: &'s mut [u8],
+    changed: &'s mut [u8], // (faces) what the last step has touched
+    surface: &'s Surface<'s>,
+    workers: &'s dyn Workers,
+    proceed: &'s mut dyn FnMut() -> bool,
+}
+
+impl Search<'_> {
+    /// Cuts by `split`, which answers how much it found to do, and relaxes what that changed, until it finds nothing.
+    fn repeat(
+        &mut self,
+        rounds: usize,
+        split: impl Fn(&mut [u8], &mut [u8], &[DVec2], &Surface, Scratch) -> Result<usize, ScratchTooSmall>,
+        mut scratch: Scratch,
+    ) -> Result<(), SeamError> {
+        for _ in 0..rounds {
+            self.proceed()?;
+            self.changed.fill(0);
+            if split(self.cut, self.changed, self.uv, self.surface, scratch.frame())? == 0 {
+                break;
+            }
+            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+        }
+        Ok(())
+    }
+
+    /// Cuts on until the distortion leaves no more than a reserve of what `bound` allows.
+    fn extend(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+        let goal = bound - RESERVE.min(RESERVE_SHARE * (bound - 1.0));
+        let step = |cut: &mut [u8], changed: &mut [u8], uv: &[DVec2], surface: &Surface, scratch: Scratch| {
+            let now = distortion(uv, surface.rest);
+            if now <= goal {
+                return Ok(0);
+            }
+            let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { PATHS };
+            extend(cut, changed, uv, surface, 4.0, paths, scratch)
+        };
+        for _ in 0..RELAXATIONS {
+            self.repeat(ROUNDS, step, scratch.frame())?;
+            let now = self.distortion();
+            if now <= goal {
+                break;
+            }
+            // Nothing is left to cut: what is distorted may only be far from rest.
+            self.changed.fill(1);
+            self.relax(FAR_STOP, self.surface.rest, scratch.frame())?;
+            if self.distortion() > AT_REST * now {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Splits charts until none overlaps itself.
+    fn part_overlaps(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
+        for round in 0.. {
+            self.proceed()?;
+            self.changed.fill(0);
+            let how = if round < SPLITS { Split::Cheapest } else { Split::Halves };
+            let Self { uv, cut, changed, surface, workers, .. } = self;
+            let found = split_overlaps(cut, changed, uv, surface, how, scratch.frame(), *workers)?;
+            // What is left are polygons that overlap themselves.
+            if found == 0 || !self.changed.contains(&1) {
+                break;
+            }
+            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+        }
+        Ok(())
+    }
+
+    /// Splits charts until none is bulky or overlaps itself.
+    fn part_bulky(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
+        self.repeat(COMPACTIONS, split_bulky, scratch.frame())?;
+        self.part_overlaps(scratch)
+    }
+
+    /// Asks whether to go on.
+    fn proceed(&mut self) -> Result<(), SeamError> {
+        if (self.proceed)() { Ok(()) } else { Err(SeamError::Stopped) }
+    }
+
+    /// Glues small charts to neighbours as far as the budget allows.
+    fn glue(&mut self, budget: Budget, mut scratch: Scratch) -> Result<(), SeamError> {
+        for _ in 0..GLUINGS {
+            if self.glue_once(budget, scratch.frame())? == 0 {
+                break;
+            }
+            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+            self.part_overlaps(scratch.frame())?;
+        }
+        Ok(())
+    }
+
+    /// Glues small charts to neighbours, which stay as they are; returns how many.
+    fn glue_once(&mut self, budget: Budget, scratch: Scratch) -> Result<usize, SeamError> {
+        let area: f64 = self.surface.rest.iter().map(|r| r.area).sum();
+        let bound = budget.distortion;
+        let spare = 4.0 * area * (1.0 + GLUE_TO * (bound - 1.0) - self.distortion());
+        let own = 4.0 + 4.0 * (OWN_EXCESS * (bound - 1.0)).min(MOST_EXCESS);
+        let limits = Limits { spare, own, worst: 4.0 * most_distorted(bound), one: budget.bulky };
+        self.changed.fill(0);
+        Ok(glue_small(self.uv, self.cut, self.changed, self.surface, limits, scratch)?)
+    }
+
+    /// Brings single faces below the cap, whatever the mean: relaxes around them, and cuts on towards those that stay above.
+    fn cap(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+        let most = 4.0 * most_distorted(bound);
+        if worst(self.uv, self.surface.rest) <= most {
+            return Ok(());
+        }
+        for round in 0..CAP_ROUNDS {
+            self.proceed()?;
+            self.changed.fill(0);
+            if round > 0
+                && extend(self.cut, self.changed, self.uv, self.surface, most, PATHS_FAR, scratch.frame())? == 0
+            {
+                break;
+            }
+            let above = energies(self.uv, self.surface.rest).filter(|(_, energy)| *energy > most);
+            above.for_each(|(f, _)| self.changed[f] = 1);
+            self.relax_near(scratch.frame())?;
+            if worst(self.uv, self.surface.rest) <= most {
+                break;
+            }
+        }
+        self.end_above(most, scratch.frame())?;
+        self.part_overlaps(scratch)
+    }
+
+    /// Flattens the charts anew that have faces above `most` whatever was cut, and halves those that have them even so: a
+    /// map can be stuck far from where it would be at rest.
+    fn end_above(&mut self, most: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+        self.changed.fill(0);
+        energies(self.uv, self.surface.rest).filter(|(_, e)| *e > most).for_each(|(f, _)| self.changed[f] = 1);
+        if self.changed.contains(&1) {
+            let Self { uv, cut, changed, surface, workers, .. } = self;
+            flatten_below(uv, cut, changed, most, surface, scratch.frame(), *workers)?;
+        }
+        Ok(())
+    }
+
+    /// Takes out cuts that the bound does not need.
+    fn zip(&mut self, budget: Budget, which: Which, scratch: Scratch) -> Result<(), SeamError> {
+        self.proceed()?;
+        let bound = budget.distortion;
+        let distortion = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
+        let goal = Goal {
+            distortion,
+            worst: 4.0 * most_distorted(bound),
+            bulky: budget.bulky || which == Which::Slivers,
+            which,
+        };
+        zip(self.uv, self.cut, self.surface, goal, scratch, self.workers)?;
+        Ok(())
+    }
+
+    /// Relaxes all charts with less weight where distortion is large anyway, so that it gathers in few faces and most have
+    /// little: the mean of its absolute values falls, that of its squares rises a bit. Where the bound breaks by that, it
+    /// is undone by relaxing with the old weights.
+    fn concentrate(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+        if self.distortion() > bound {
+            return Ok(());
+        }
+        {
+            let mut frame = scratch.frame();
+            let rest = frame.take::<Rest>(self.surface.rest.len())?;
+            self.changed.fill(1);
+            for _ in 0..CONCENTRATIONS {
+                self.proceed()?;
+                rest.copy_from(self.surface.rest);
+                gather(rest, self.uv);
+                self.relax(GATHER_STOP, rest, frame.frame())?;
+            }
+        }
+        if self.distortion() > bound {
+            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+        }
+        self.part_overlaps(scratch)
+    }
+
+    /// Relaxes the charts that hold a changed face, for these rest shapes and weights.
+    fn relax(&mut self, stop: Stop, rest: &[Rest], mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+        let Self { uv, cut, changed, surface, workers, .. } = self;
+        let charts = Charts::new(surface, cut, &mut scratch)?;
+        let touched = |k: usize| charts.faces_of(k).iter().any(|f| changed[*f as usize] != 0);
+        let weighed = Surface { rest, ..**surface };
+        work_on(uv, &weighed, cut, &charts, touched, Work::Relax(stop), scratch, *workers)?;
+        Ok(())
+    }
+
+    /// Relaxes what is around changed faces; whole charts where there are many or borders have walls.
+    fn relax_near(&mut self, scratch: Scratch) -> Result<(), ScratchTooSmall> {
+        let seeds = self.changed.iter().filter(|changed| **changed != 0).count();
+        if self.surface.stays_whole || seeds > SEEDS {
+            return self.relax(ROUND_STOP, self.surface.rest, scratch);
+        }
+        relax_patch(self.uv, self.cut, self.changed, self.surface, ROUND_STOP, scratch, self.workers)
+    }
+
+    fn distortion(&self) -> f64 {
+        distortion(self.uv, self.surface.rest)
+    }
+}
+
+/// Multiplies weights by (m / (m + e))^(1/2) (1 + e / (c m)), e the excess energy of each face and m its mean: one step of
+/// reweighted least squares towards absolute values, which lets go of distorted faces, but not of the worst.
+fn gather(rest: &mut [Rest], uv: &[DVec2]) {
+    let excess = |f: usize, r: &Rest| r.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]) - 4.0;
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (f, r) in rest.iter().enumerate() {
+        sum += r.weight * excess(f, r).min(1.0);
+        total += r.weight;
+    }
+    let mean = (sum / total).max(1e-12);
+    for (f, r) in rest.iter_mut().enumerate() {
+        let times = (excess(f, r) / mean).clamp(0.0, 1000.0); // without end where a flat face is flipped
+        r.weight *= (1.0 + times / WORST) / sqrt(1.0 + times);
+    }
+}
+
+/// Finds the cuts on a decimated mesh and carries them over; false where that would cut a forbidden edge or change the
+/// number of charts, so that the search has to begin on the mesh itself.
+fn cut_by_proxy(
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut() -> bool,
+) -> Result<bool, SeamError> {
+    let (n, count) = (surface.mesh.positions.len(), surface.mesh.faces.len());
+    let history = scratch.take::<Collapse>(n)?;
+    // The coarse mesh is copied out of full-size memory, which is then free again.
+    let coarse_faces = scratch.take::<[u32; 3]>(2 * PROXY_FACES)?;
+    let vertex = scratch.take::<u32>(2 * PROXY_FACES)?;
+    let done = {
+        let mut frame = scratch.frame();
+        let (full_faces, full_vertex) = (frame.take::<[u32; 3]>(count)?, frame.take::<u32>(n)?);
+        let done = decimate(full_faces, full_vertex, history, surface.mesh, surface.twin, PROXY_FACES, frame)?;
+        if done.faces > coarse_faces.len() || done.vertices > vertex.len() {
+            return Ok(false);
+        }
+        coarse_faces[..done.faces].copy_from(&full_faces[..done.faces]);
+        vertex[..done.vertices].copy_from(&full_vertex[..done.vertices]);
+        done
+    };
+    let (coarse_faces, vertex) = (&coarse_faces[..done.faces], &vertex[..done.vertices]);
+    let positions = scratch.take::<DVec3>(vertex.len())?;
+    positions.iter_mut().zip(vertex).for_each(|(p, v)| *p = surface.mesh.positions[*v as usize]);
+    let mesh = MeshView { positions, faces: coarse_faces };
+    let twin = scratch.take::<u32>(mesh.corner_count())?;
+    twins(twin, mesh, scratch.frame())?;
+    let cost = scratch.take::<f64>(mesh.corner_count())?;
+    proxy_costs(cost, mesh, twin, vertex, surface, scratch.frame())?;
+    let rest = scratch.take::<Rest>(coarse_faces.len())?;
+    for (r, f) in rest.iter_mut().zip(coarse_faces) {
+        *r = Rest::new(f.map(|v| mesh.positions[v as usize]), MOLLIFY);
+    }
+    even_out(rest);
+    let coarse = Surface::new(mesh, twin, rest, cost, &mut scratch)?;
+    let coarse_cut = scratch.take::<u8>(mesh.corner_count())?;
+    let coarse_uv = scratch.take::<DVec2>(mesh.corner_count())?;
+    make_charts(coarse_uv, coarse_cut, &coarse, budget, scratch.frame(), workers, proceed)?;
+    let moved = transfer(cut, surface, &coarse, coarse_cut, &history[..done.collapses], SLIDES, scratch)?;
+    Ok(moved.is_faithful() && moved.forbidden == 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gathering_lets_go_of_distorted_faces_but_not_of_the_worst() {
+        let at = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let mut rest = [Rest::new(at, 0.0); 3];
+        let mut uv = [DVec2::ZERO; 9];
+        for (f, scale) in [1.0, 1.2, 5.0].into_iter().enumerate() {
+            for (i, p) in at.iter().enumerate() {
+                uv[3 * f + i] = p.truncate() * scale;
+            }
+        }
+        gather(&mut rest, &uv);
+        // Excess energies 0, .27 and 46, capped mean .42: (1 + t / 10) / sqrt(1 + t) is 1, .83 and 1.13.
+        let factor = |f: usize| rest[f].weight / 0.5;
+        assert!((factor(0) - 1.0).abs() < 1e-12, "{}", factor(0));
+        assert!(factor(1) < 0.9 && factor(2) > 1.1, "{} {}", factor(1), factor(2));
+    }
+}

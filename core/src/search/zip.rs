@@ -1,0 +1,394 @@
+//! Zipping cuts that the bound does not need.
+//!
+//! Extension looks one round ahead, and splitting against overlap adds cuts that make older ones useless. So each path of the
+//! cut graph whose absence leaves disks (a slit with a free end, or a path between two charts) may be taken out: its chart
+//! is flattened anew, and the path stays out where nothing overlaps, the bound holds, and the hull grows by no more area
+//! than splitting bulky charts would pay for it. What costs most to be seen comes first, over the energy that closing adds,
+//! which goes with the squared gap between the two sides. Slivers, charts too small to paint on, are joined to a neighbour
+//! wherever that holds, whatever the hull.
+//! Guarantee: disks stay disks, without flips or overlaps; the distortion stays within the goal if it was.
+//! Cost: at most [`TRIES`] flattenings of one chart.
+
+use super::compact::PRICE;
+use super::split::self_overlaps;
+use crate::base::real::{for_decision, sqrt};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
+use crate::base::sort;
+use crate::base::workers::Workers;
+use crate::charts::list::Charts;
+use crate::charts::surface::Surface;
+use crate::charts::work::{Work, work_on};
+use crate::mesh::view::next;
+use crate::plane::hull::hull_of;
+use crate::plane::motion::Motion;
+use crate::solve::bound::{distortion, worst};
+use crate::solve::relax::Stop;
+use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
+
+/// Hull area, over all area, that a path may add for what it saves: less than a split would have to save. At the price
+/// of splits 13 meshes fill .709 of the square.
+const HULL_PRICE: f64 = 0.4 * PRICE;
+/// Paths that are tried at the most; each costs a flattening of its chart.
+const TRIES: usize = 16;
+/// Squared gap, over all area and the distortion that is left, above which a path is not tried. Closed paths added 0.3
+/// to 1.5 of it.
+const REACH: f64 = 4.0;
+/// Share of the distortion that is left, below which energies count as equal: what is seen most goes first.
+const CHEAP: f64 = 0.1;
+/// Newton steps of a trial.
+const STOP: Stop = Stop { steps: 30, tolerance: 1e-3 };
+/// A chart below this share of all area is a sliver: 32 texels square of 1024.
+const SLIVER: f64 = 1e-3;
+
+/// Which paths may be taken out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// All.
+    All,
+    /// Those between a sliver and another chart.
+    Slivers,
+}
+
+/// What zipping may do.
+#[derive(Clone, Copy)]
+pub struct Goal {
+    /// Mean symmetric Dirichlet energy over 4 at the end.
+    pub distortion: f64,
+    /// Symmetric Dirichlet energy of a face that was below.
+    pub worst: f64,
+    /// Whether a chart may become bulky.
+    pub bulky: bool,
+    /// Which paths are tried.
+    pub which: Which,
+}
+
+/// A path of the cut graph between two nodes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+struct Path {
+    score: f64, // cost saved over the energy expected
+    saved: f64, // cost saved over the square root of all area
+    first: u32, // place in the list
+    count: u32,
+}
+
+/// Scratch bytes for [`zip`] beyond those for relaxing all charts.
+pub const fn zip_need(faces: usize, vertices: usize) -> usize {
+    8 * bytes_for::<u32>(3 * faces)
+        + bytes_for::<DVec2>(3 * faces)
+        + bytes_for::<Path>(3 * faces)
+        + 5 * bytes_for::<u32>(faces + 2)
+        + bytes_for::<f64>(faces)
+        + bytes_for::<u32>(vertices)
+}
+
+/// Takes paths out within `goal`; returns how many.
+pub fn zip(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    goal: Goal,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<usize, ScratchTooSmall> {
+    let failed = scratch.take::<u8>(cut.len())?;
+    let old_uv = scratch.take::<DVec2>(uv.len())?;
+    let total: f64 = surface.rest.iter().map(|r| r.area).sum();
+    let (mut zipped, mut tried) = (0, 0);
+    loop {
+        let spare = goal.distortion - distortion(uv, surface.rest);
+        if spare <= 0.0 {
+            return Ok(zipped);
+        }
+        let mut frame = scratch.frame();
+        let (list, paths) = find_paths(uv, cut, failed, surface, goal, spare * total, &mut frame)?;
+        let mut better = false;
+        for p in paths {
+            if tried == TRIES {
+                return Ok(zipped);
+            }
+            tried += 1;
+            let path = &list[p.first as usize..(p.first + p.count) as usize];
+            let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
+            old_uv.copy_from(uv);
+            let cap = goal.worst.max(worst(uv, surface.rest));
+            let before = if goal.bulky { 0.0 } else { hulls(ends, uv, cut, surface, frame.frame())? };
+            path.iter().for_each(|c| surface.set_cut(cut, *c, false));
+            let sound = close(uv, cut, path[0] / 3, surface, frame.frame(), workers)?;
+            let compact =
+                goal.bulky || hulls(ends, uv, cut, surface, frame.frame())? - before <= HULL_PRICE * p.saved * total;
+            let within = distortion(uv, surface.rest) <= goal.distortion && worst(uv, surface.rest) <= cap;
+            if sound && compact && within {
+                zipped += 1;
+                better = true;
+                break;
+            }
+            for c in path {
+                surface.set_cut(cut, *c, true);
+                failed[*c as usize] = 1;
+            }
+            uv.copy_from(old_uv);
+        }
+        if !better {
+            return Ok(zipped);
+        }
+    }
+}
+
+/// Flattens the chart of a face anew; whether nothing flips or overlaps then.
+fn close(
+    uv: &mut [DVec2],
+    cut: &[u8],
+    face: u32,
+    surface: &Surface,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<bool, ScratchTooSmall> {
+    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let own = charts.of_face[face as usize];
+    if !work_on(uv, surface, cut, &charts, |k| k as u32 == own, Work::Flatten(STOP), scratch.frame(), workers)? {
+        return Ok(false);
+    }
+    let partner = scratch.take::<u32>(surface.mesh.faces.len())?;
+    Ok(self_overlaps(partner, uv, charts.of_face, charts.count(), scratch, workers)? == 0)
+}
+
+/// Points of the border of the chart that the open half-edge `c` belongs to.
+fn border<'b>(c: u32, uv: &'b [DVec2], cut: &'b [u8], surface: &'b Surface) -> impl Iterator<Item = DVec2> + 'b {
+    surface.border(cut, c).map(|c| uv[c as usize])
+}
+
+/// Area of the hulls of the charts that hold one of two faces.
+fn hulls(
+    ends: [u32; 2],
+    uv: &[DVec2],
+    cut: &[u8],
+    surface: &Surface,
+    mut scratch: Scratch,
+) -> Result<f64, ScratchTooSmall> {
+    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let [a, b] = ends.map(|f| charts.of_face[f as usize]);
+    let hull = |k: u32| {
+        let mut corners = charts.faces_of(k as usize).iter().flat_map(|f| 3 * f..3 * f + 3);
+        corners.find(|c| surface.is_open(cut, *c)).map_or(0.0, |c| hull_of(border(c, uv, cut, surface)))
+    };
+    Ok(hull(a) + if a == b { 0.0 } else { hull(b) })
+}
+
+/// The paths that may go, best first, and the half-edges of all. `spare`: energy over 4 that is left.
+fn find_paths<'a>(
+    uv: &[DVec2],
+    cut: &[u8],
+    failed: &[u8],
+    surface: &Surface,
+    goal: Goal,
+    spare: f64,
+    keep: &mut Scratch<'a>,
+) -> Result<(&'a [u32], &'a [Path]), ScratchTooSmall> {
+    let list = keep.take::<u32>(cut.iter().filter(|c| **c != 0).count() / 2)?;
+    let paths = keep.take::<Path>(list.len())?;
+    let chart = keep.take::<u32>(surface.mesh.faces.len())?;
+    let queue = keep.take::<u32>(surface.mesh.faces.len())?;
+    let charts = surface.charts(cut, chart, queue);
+    let areas = keep.take::<f64>(charts)?;
+    for (k, r) in chart.iter().zip(surface.rest) {
+        areas[*k as usize] += r.area;
+    }
+    let degree = keep.take::<u32>(surface.mesh.positions.len())?;
+    for c in (0..cut.len() as u32).filter(|c| cut[*c as usize] != 0) {
+        degree[surface.mesh.vertex(c) as usize] += 1;
+    }
+    let total: f64 = surface.rest.iter().map(|r| r.area).sum();
+    let is_node = |v: u32| degree[v as usize] != 2 || surface.is_on_border(v);
+    let is_free = |v: u32| degree[v as usize] == 1 && !surface.is_on_border(v);
+    let seen = keep.take::<u8>(cut.len())?;
+    let (mut len, mut count) = (0, 0);
+    for first in 0..cut.len() as u32 {
+        if cut[first as usize] == 0 || seen[first as usize] != 0 || !is_node(surface.mesh.vertex(first)) {
+            continue;
+        }
+        let begin = len;
+        let mut at = Some(first);
+        while let Some(c) = at {
+            let (back, end) = (surface.twin[c as usize], surface.far_end(c));
+            seen[c as usize] = 1;
+            seen[back as usize] = 1;
+            list[len] = c;
+            len += 1;
+            let mut on = surface.corners_at(end).iter().filter(|d| cut[**d as usize] != 0 && **d != back);
+            at = if is_node(end) { None } else { on.next().copied() };
+        }
+        let path = &list[begin..len];
+        let (from, to) = (surface.mesh.vertex(first), surface.far_end(path[path.len() - 1]));
+        let sides = [first, surface.twin[first as usize]].map(|c| chart[(c / 3) as usize] as usize);
+        let slit = sides[0] == sides[1];
+        let goes = if slit {
+            from != to && is_free(from) != is_free(to)
+        } else {
+            !is_free(from) && !is_free(to) && (from != to || encloses(path, cut, surface))
+        };
+        let is_failed = |c: &u32| failed[*c as usize] != 0 || failed[surface.twin[*c as usize] as usize] != 0;
+        let joins_sliver = || !slit && sides.iter().any(|k| areas[*k] < SLIVER * total);
+        let wanted = goal.which == Which::All || joins_sliver();
+        if !goes || !wanted || path.iter().any(is_failed) {
+            continue;
+        }
+        let cost: f64 = path.iter().map(|c| surface.cost[*c as usize]).sum();
+        let saved = cost / sqrt(total);
+        let motion = if slit { Motion::NONE } else { Motion::fit(|| facing(path, uv, surface)) };
+        let gap = motion.gap(facing(path, uv, surface));
+        if gap > REACH * spare {
+            continue;
+        }
+        if !slit && !goal.bulky {
+            // What the hull will be is seen before anything is flattened.
+            let (left, right) =
+                (border(first, uv, cut, surface), || border(surface.twin[first as usize], uv, cut, surface));
+            let whole = hull_of(left.map(|p| motion.apply(p)).chain(right()));
+            let parts = hull_of(border(first, uv, cut, surface)) + hull_of(right());
+            if whole - parts > HULL_PRICE * saved * total {
+                continue;
+            }
+        }
+        let score = for_decision(saved / (gap + CHEAP * spare));
+        paths[count] = Path { score, saved, first: begin as u32, count: (len - begin) as u32 };
+        count += 1;
+    }
+    let paths = &mut paths[..count];
+    sort::by(paths, |a, b| b.score.total_cmp(&a.score).then(a.first.cmp(&b.first)));
+    Ok((list, paths))
+}
+
+/// Whether a path that ends where it begins is the whole border of the chart on one of its sides.
+fn encloses(path: &[u32], cut: &[u8], surface: &Surface) -> bool {
+    let (first, last) = (path[0], path[path.len() - 1]);
+    let across = |c: u32| surface.twin[c as usize];
+    surface.following(cut, last) == first || surface.following(cut, across(first)) == across(last)
+}
+
+/// Points that face each other across a path, to the left and to the right, with the length that they stand for.
+fn facing<'s>(
+    path: &'s [u32],
+    uv: &'s [DVec2],
+    surface: &'s Surface,
+) -> impl Iterator<Item = (DVec2, DVec2, f64)> + 's {
+    path.iter().flat_map(|c| {
+        let (t, half) = (surface.twin[*c as usize], 0.5 * surface.length(*c));
+        let at = |c: u32| uv[c as usize];
+        [(at(*c), at(next(t)), half), (at(next(*c)), at(t), half)]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::workers::Serial;
+    use crate::first::halving::flatten_all;
+    use crate::mesh::topology::twins;
+    use crate::mesh::view::MeshView;
+    use crate::solve::energy::Rest;
+    use glam::DVec3;
+    use std::vec;
+    use std::vec::Vec;
+
+    /// A square of cells whose middle vertex is lifted, cut along the middle line up to column `to` and flattened.
+    #[derive(Clone, Copy)]
+    struct Square {
+        side: u32,
+        lift: f64,
+        to: u32,
+        ring: bool,  // whether the cell above the middle line that begins at `to` is cut out
+        notch: bool, // whether the cells beyond the middle on both axes are missing
+        cost: f64,   // of a cut, over its length
+    }
+
+    const PLANE: Square = Square { side: 4, lift: 0.0, to: 2, ring: false, notch: false, cost: 1.0 };
+    const LOOSE: Goal = Goal { distortion: 1.5, worst: f64::INFINITY, bulky: false, which: Which::All };
+
+    /// What [`zip`] answers, and the cut edges before and after.
+    fn zip_square(square: Square, goal: Goal, bytes: &mut [u8]) -> (Result<usize, ScratchTooSmall>, usize, usize) {
+        let (n, half) = (square.side + 1, square.side / 2);
+        let at = |v: u32| {
+            let z = if v == n * n / 2 { square.lift } else { 0.0 };
+            DVec3::new(f64::from(v % n), f64::from(v / n), z)
+        };
+        let positions: Vec<DVec3> = (0..n * n).map(at).collect();
+        let cells = (0..square.side * square.side)
+            .filter(|i| !square.notch || i / square.side < half || i % square.side < half);
+        let corners = cells.map(|i| i / square.side * n + i % square.side);
+        let faces: Vec<[u32; 3]> = corners.flat_map(|v| [[v, v + 1, v + n + 1], [v, v + n + 1, v + n]]).collect();
+        let mesh = MeshView { positions: &positions, faces: &faces };
+        let mut memory = vec![0; 1 << 22];
+        let mut keep = Scratch::new(&mut memory);
+        let mut twin = vec![0; 3 * faces.len()];
+        twins(&mut twin, mesh, keep.frame()).unwrap();
+        let rest: Vec<Rest> = faces.iter().map(|f| Rest::new(f.map(|v| positions[v as usize]), 0.0)).collect();
+        let cost = vec![square.cost; 3 * faces.len()];
+        let surface = Surface::new(mesh, &twin, &rest, &cost, &mut keep).unwrap();
+        let mut uv: Vec<DVec2> = (0..3 * faces.len() as u32).map(|c| mesh.position(c).truncate()).collect();
+        let mut cut = vec![0; 3 * faces.len()];
+        for c in 0..cut.len() as u32 {
+            let (p, q) = (mesh.position(c), mesh.position(next(c)));
+            let (low, at) = (f64::from(half), f64::from(square.to));
+            let on_line = p.y == low && q.y == low && p.x.max(q.x) <= at;
+            let side =
+                p.x.min(q.x) >= at && p.x.max(q.x) <= at + 1.0 && p.y.min(q.y) >= low && p.y.max(q.y) <= low + 1.0;
+            if on_line || square.ring && side && (p.x == q.x || p.y == q.y) {
+                surface.set_cut(&mut cut, c, true);
+            }
+        }
+        flatten_all(&mut uv, &mut cut, &surface, keep.frame(), &Serial).unwrap();
+        let edges = |cut: &[u8]| cut.iter().filter(|c| **c != 0).count() / 2;
+        let before = edges(&cut);
+        let done = zip(&mut uv, &mut cut, &surface, goal, Scratch::new(bytes), &Serial);
+        (done, before, edges(&cut))
+    }
+
+    #[test]
+    fn a_slit_and_a_path_between_two_charts_of_a_plane_close() {
+        let mut bytes = vec![0; 1 << 22];
+        assert_eq!(zip_square(PLANE, LOOSE, &mut bytes), (Ok(1), 2, 0));
+        assert_eq!(zip_square(Square { to: 4, ..PLANE }, LOOSE, &mut bytes), (Ok(1), 4, 0));
+    }
+
+    #[test]
+    fn a_tip_closes_only_where_the_mean_and_the_worst_face_allow_it() {
+        // A pyramid whose top is as high as its base is wide from the middle.
+        let tip = Square { lift: 1.0, ..PLANE };
+        let mut bytes = vec![0; 1 << 22];
+        assert_eq!(zip_square(tip, LOOSE, &mut bytes), (Ok(1), 2, 0));
+        let (mean, worst) = (Goal { distortion: 1.0005, ..LOOSE }, Goal { worst: 4.02, ..LOOSE });
+        assert_eq!(zip_square(tip, mean, &mut bytes), (Ok(0), 2, 2));
+        assert_eq!(zip_square(tip, worst, &mut bytes), (Ok(0), 2, 2));
+    }
+
+    #[test]
+    fn two_charts_stay_apart_where_their_common_hull_costs_more_than_the_path() {
+        // Two arms of a corner: the hull of both is 14, the hulls of each 4 and 8.
+        let arms = Square { notch: true, cost: 0.1, ..PLANE };
+        let mut bytes = vec![0; 1 << 22];
+        assert_eq!(zip_square(arms, LOOSE, &mut bytes), (Ok(0), 2, 2));
+        assert_eq!(zip_square(arms, Goal { bulky: true, ..LOOSE }, &mut bytes), (Ok(1), 2, 0));
+        assert_eq!(zip_square(Square { cost: 100.0, ..arms }, LOOSE, &mut bytes), (Ok(1), 2, 0));
+    }
+
+    #[test]
+    fn a_sliver_at_the_end_of_a_slit_is_joined_and_the_slit_stays() {
+        let (slivers, mut bytes) = (Goal { which: Which::Slivers, bulky: true, ..LOOSE }, vec![0; 1 << 25]);
+        let square = Square { side: 34, to: 3, ring: true, ..PLANE };
+        assert_eq!(zip_square(square, slivers, &mut bytes), (Ok(1), 7, 3));
+        // A cell of 64 is none.
+        assert_eq!(zip_square(Square { side: 8, ..square }, slivers, &mut bytes), (Ok(0), 7, 7));
+        assert_eq!(zip_square(Square { ring: false, ..square }, slivers, &mut bytes), (Ok(0), 3, 3));
+    }
+
+    #[test]
+    fn without_cuts_nothing_is_done_and_too_little_memory_is_an_error() {
+        assert_eq!(zip_square(Square { to: 0, ..PLANE }, LOOSE, &mut vec![0; 1 << 22]), (Ok(0), 0, 0));
+        let (done, before, after) = zip_square(PLANE, LOOSE, &mut [0; 64]);
+        assert!(done.is_err());
+        assert_eq!(before, after);
+    }
+}

@@ -1,0 +1,8 @@
+//! Maps of one piece of surface: its energy, first maps, Newton's method, and the sparse systems below them.
+
+pub mod bound;
+pub mod energy;
+pub mod flatten;
+pub mod relax;
+pub mod sparse;
+mod walls;
