@@ -5,6 +5,8 @@ pub mod bound;
 pub mod charts;
 pub mod compact;
 pub mod cut;
+#[cfg(test)]
+mod cut_tests;
 pub mod energy;
 pub mod extend;
 pub mod flatten;
