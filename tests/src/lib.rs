@@ -4,6 +4,7 @@ pub mod fixtures;
 pub mod header;
 pub mod learned;
 pub mod plain_obj;
+pub mod road;
 pub mod shapes;
 
 use glam::DVec3;
