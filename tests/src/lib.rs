@@ -6,6 +6,7 @@ pub mod learned;
 pub mod plain_obj;
 pub mod road;
 pub mod shapes;
+pub mod solids;
 
 use glam::DVec3;
 
