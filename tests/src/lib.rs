@@ -4,7 +4,9 @@ pub mod fixtures;
 pub mod header;
 pub mod learned;
 pub mod plain_obj;
+pub mod road;
 pub mod shapes;
+pub mod solids;
 
 use glam::DVec3;
 

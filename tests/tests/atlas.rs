@@ -3,18 +3,15 @@
 //! Flips, overlaps and charts are judged on the triangles that repair makes of the polygons: a fan over a concave
 //! polygon, as a reader without care makes it, is folded in space already.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use seamwright::formats::loaded::load;
 use seamwright::mesh::polygons::Mesh;
 use seamwright::run::hierarchy::ObvhsBuilder;
 use seamwright::run::threads::Pool;
-use seamwright_core::base::progress::Silent;
-use seamwright_core::base::scratch::{Scratch, ScratchTooSmall};
-use seamwright_core::base::workers::{Serial, Workers};
-use seamwright_core::judge::input::UvMesh;
-use seamwright_core::judge::measure::{Metrics, measure, measure_need};
-use seamwright_core::mesh::repair::{Facing, Polygons, repair, repair_need};
-use seamwright_core::pipeline::{Charts, Input, Output, Packing, Report, Settings, UnwrapError, unwrap, unwrap_need};
+use seamwright_core::base::scratch::ScratchTooSmall;
+use seamwright_core::base::workers::Serial;
+use seamwright_core::pipeline::{Charts, Packing, Report, Settings, UnwrapError, unwrap_need};
+use seamwright_tests::road::{Atlas, input, judge, run, unsound};
 use seamwright_tests::shapes;
 use std::path::{Path, PathBuf};
 
@@ -26,74 +23,11 @@ fn settings() -> Settings {
     Settings { rays: 64, ..Settings::default() }
 }
 
-#[derive(Debug, PartialEq)]
-struct Atlas {
-    corner_uv: Vec<DVec2>,
-    polygon_chart: Vec<u32>,
-    exposure: Vec<f32>,
-}
-
-fn input(mesh: &Mesh) -> Input<'_> {
-    let Mesh { positions, corners, polygon_start, .. } = mesh;
-    Input::new(positions, corners, polygon_start)
-}
-
-/// With as many bytes as asked for and `more`.
-fn run(mesh: &Mesh, settings: &Settings, workers: &dyn Workers, more: isize) -> Result<(Atlas, Report), UnwrapError> {
-    let need = unwrap_need(&input(mesh), settings, &ObvhsBuilder);
-    let mut bytes = vec![0; need.saturating_add_signed(more)];
-    let mut atlas = Atlas {
-        corner_uv: vec![DVec2::NAN; mesh.corners.len()],
-        polygon_chart: vec![0; mesh.polygon_count()],
-        exposure: vec![f32::NAN; mesh.positions.len()],
-    };
-    let output = Output {
-        corner_uv: &mut atlas.corner_uv,
-        polygon_chart: &mut atlas.polygon_chart,
-        exposure: &mut atlas.exposure,
-    };
-    let report = unwrap(output, &input(mesh), settings, &ObvhsBuilder, Scratch::new(&mut bytes), workers, &mut Silent)?;
-    Ok((atlas, report))
-}
-
-/// Core's judge on the triangles of the repaired mesh.
-fn judge(mesh: &Mesh, atlas: &Atlas) -> Metrics {
-    let Mesh { positions, corners, polygon_start, .. } = mesh;
-    let polygons = Polygons { positions, corners, polygon_start, kept_uv: None };
-    let mut bytes = vec![0; repair_need(&polygons.counts())];
-    let (working, _) = repair(&polygons, Facing::AsGiven, &mut Scratch::new(&mut bytes)).expect("unwrapped before");
-    let source: Vec<[usize; 3]> =
-        working.corner_source.chunks_exact(3).map(|c| [0, 1, 2].map(|i| c[i] as usize)).collect();
-    let triangles: Vec<[u32; 3]> = source.iter().map(|t| t.map(|c| corners[c])).collect();
-    let corner_uv: Vec<[DVec2; 3]> = source.iter().map(|t| t.map(|c| atlas.corner_uv[c])).collect();
-    let mut bytes = vec![0; measure_need(positions.len(), triangles.len(), 0)];
-    let mesh = UvMesh { positions, triangles: &triangles, corner_uv: &corner_uv };
-    measure(mesh, Some(&atlas.exposure), 0, Scratch::new(&mut bytes)).expect("indices are right")
-}
-
 /// What is wrong with an atlas; nothing where all is well. On the grid each chart has a scale of its own, so there the
 /// distortion is core's own figure.
 fn faults(mesh: &Mesh, atlas: &Atlas, report: &Report, packing: Packing) -> Vec<String> {
     let m = judge(mesh, atlas);
-    let inside = |uv: &DVec2| uv.cmpge(DVec2::ZERO).all() && uv.cmple(DVec2::ONE).all();
-    let counts = [
-        ("corners without UV in the unit square", atlas.corner_uv.iter().filter(|uv| !inside(uv)).count()),
-        ("values that are no exposure", atlas.exposure.iter().filter(|e| !(0.0..=1.0).contains(*e)).count()),
-        ("triangles without UV", m.faces_without_uv),
-        ("flipped triangles", m.exact.flipped_faces + m.charts.flipped_faces),
-        ("triangles of no UV area", m.exact.zero_faces),
-        ("overlapping triangles", m.exact.overlapping_faces),
-        ("charts that are no disk", m.charts.non_disks),
-        ("mirrored charts", m.charts.mirrored),
-        ("flips by core's own count", report.flipped),
-        ("overlaps by core's own count", report.overlapping),
-        // At an edge of more than two faces the judge, like others, cannot say which of them hang together.
-        (
-            "charts miscounted",
-            if m.seams.nonmanifold_edges == 0 { report.chart_count.abs_diff(m.charts.count) } else { 0 },
-        ),
-    ];
-    let mut out: Vec<String> = counts.iter().filter(|(_, n)| *n > 0).map(|(what, n)| format!("{what}: {n}")).collect();
+    let mut out = unsound(&m, atlas, report);
     let judged = m.distortion.symmetric_dirichlet / 4.0;
     let distortion = if packing == Packing::Grid { report.distortion } else { judged };
     let any_area = m.distortion.degenerate_faces < m.faces;

@@ -2,6 +2,7 @@
 
 use seamwright_tests::fixtures::nets::Mesh;
 use seamwright_tests::fixtures::{ALL, Fixture, GOLDEN, broken, check, digits, obj};
+use seamwright_tests::solids;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::{fs, str};
@@ -46,12 +47,21 @@ fn the_generator_makes_the_meshes_of_the_golden_runs_byte_for_byte() {
 }
 
 #[test]
+fn the_generator_makes_the_solids_that_are_kept_byte_for_byte() {
+    for name in solids::KEPT {
+        same(&format!("solids/{name}.obj"), &solids::named(name).expect("one of the family").obj());
+    }
+}
+
+#[test]
 fn no_fixture_comes_from_elsewhere() {
     let known = |file: &str| {
         let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-        ALL.iter().any(|fixture| fixture.name == stem) || broken::files().iter().any(|(name, _)| *name == stem)
+        ALL.iter().any(|fixture| fixture.name == stem)
+            || broken::files().iter().any(|(name, _)| *name == stem)
+            || solids::KEPT.contains(&stem)
     };
-    for sub in ["", "broken", "golden"] {
+    for sub in ["", "broken", "golden", "solids"] {
         for entry in fs::read_dir(folder().join(sub)).expect("fixtures/ exists") {
             let name = entry.expect("a readable folder").file_name().into_string().expect("plain names");
             let is_mesh = [".obj", ".ply", ".stl", ".glb"].iter().any(|ending| name.ends_with(ending));

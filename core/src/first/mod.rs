@@ -1,5 +1,7 @@
 //! First cuts and first maps: every component becomes disks, and every disk a map without flips.
 
+#[cfg(test)]
+mod cut_tests;
 pub mod disks;
 pub mod halving;
 pub mod handles;

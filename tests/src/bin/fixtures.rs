@@ -3,16 +3,20 @@
 //! `fixtures [OUTDIR]` writes every committed file below OUTDIR (default `fixtures`).
 //! `fixtures [OUTDIR] --only NAME --faces N[,N...]` writes OUTDIR/NAME_N.obj and .seg with about N faces each. Below the
 //! committed size a fine surface is coarsened; where a limb is then three faces around, some may cross.
+//! `fixtures OUTDIR --solids PATTERN` writes OUTDIR/NAME.obj for every simple solid whose name matches, `*` for anything:
+//! thousands, a few kB each.
 
 use seamwright_tests::fixtures::{ALL, Fixture, GOLDEN, broken};
+use seamwright_tests::solids;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::{env, fs, io};
 
 struct Arguments {
-    folder: PathBuf,
+    folder: Option<PathBuf>,
     only: Option<&'static Fixture>,
     faces: Vec<usize>,
+    solids: Option<String>,
 }
 
 fn main() -> ExitCode {
@@ -26,7 +30,7 @@ fn main() -> ExitCode {
 }
 
 fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, String> {
-    let mut arguments = Arguments { folder: "fixtures".into(), only: None, faces: Vec::new() };
+    let mut arguments = Arguments { folder: None, only: None, faces: Vec::new(), solids: None };
     while let Some(word) = words.next() {
         match word.as_str() {
             "--only" => {
@@ -38,19 +42,31 @@ fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, String> {
                 let numbers = list.split(',').map(|n| n.parse().map_err(|_| format!("--faces {n}: not a number")));
                 arguments.faces = numbers.collect::<Result<_, _>>()?;
             }
-            flag if flag.starts_with('-') => return Err(format!("{flag}: only --only and --faces are known")),
-            folder => arguments.folder = folder.into(),
+            "--solids" => {
+                arguments.solids = Some(words.next().ok_or("--solids needs a pattern of names, '*' for all")?)
+            }
+            flag if flag.starts_with('-') => {
+                return Err(format!("{flag}: only --only, --faces and --solids are known"));
+            }
+            folder => arguments.folder = Some(folder.into()),
         }
     }
     if arguments.faces.iter().any(|n| !(500..=4_000_000).contains(n)) {
         return Err("--faces: from 500 to 4000000".into());
     }
+    if arguments.solids.is_some() && arguments.folder.is_none() {
+        return Err("--solids: name a folder for them".into());
+    }
     Ok(arguments)
 }
 
 fn write_all(arguments: &Arguments) -> io::Result<()> {
-    let folder = &arguments.folder;
+    let folder = arguments.folder.as_deref().unwrap_or(Path::new("fixtures"));
     fs::create_dir_all(folder)?;
+    if let Some(pattern) = &arguments.solids {
+        let all = solids::family().into_iter().chain(solids::random());
+        return write_solids(folder, all.filter(|solid| solids::matches(&solid.name, pattern)));
+    }
     let wanted = |fixture: &&Fixture| arguments.only.is_none_or(|only| only.name == fixture.name);
     for fixture in ALL.iter().filter(wanted) {
         if arguments.faces.is_empty() {
@@ -70,7 +86,20 @@ fn write_all(arguments: &Arguments) -> io::Result<()> {
             let (mesh, _) = Fixture::named(name).expect("a fixture").files(faces);
             fs::write(folder.join("golden").join(name).with_extension("obj"), mesh)?;
         }
+        fs::create_dir_all(folder.join("solids"))?;
+        write_solids(&folder.join("solids"), solids::KEPT.iter().filter_map(|name| solids::named(name)))?;
     }
+    Ok(())
+}
+
+fn write_solids(folder: &Path, solids: impl Iterator<Item = solids::Solid>) -> io::Result<()> {
+    let mut count = 0;
+    for solid in solids {
+        // Not with_extension: names have decimal points.
+        fs::write(folder.join(format!("{}.obj", solid.name)), solid.obj())?;
+        count += 1;
+    }
+    println!("{count} solids");
     Ok(())
 }
 
