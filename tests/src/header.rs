@@ -19,7 +19,21 @@ const OPENING: &str = "\
    Every function that answers int32_t answers SEAMWRIGHT_OK or another of the codes below. Nothing is allocated, nothing
    is kept between calls, and no thread is started; different threads may call at the same time with different buffers.
    Pointers point to as much as is said beside them, and nobody else writes there during a call; what can be checked is.
-   Shapes stand in brackets: (n, 3) is n times 3 values, row after row. */";
+   Shapes stand in brackets: (n, 3) is n times 3 values, row after row.
+
+   Every struct begins with its sizeof, so that it can grow at its end. `SeamwrightMesh mesh = SEAMWRIGHT_MESH_INIT;` says it
+   and leaves the rest 0 and NULL, which say nothing; all structs have such a macro but the options, which
+   `seamwright_defaults` fills. A program that was compiled with an older header may so use a newer library: what its structs
+   lack counts as 0, or is not written. So may one with a newer header use an older library, where it says nothing that
+   library does not know (SEAMWRIGHT_NEWER_STRUCT); figures that it does not know stay as they were. */";
+
+/// What a struct begins as: its size, and a zero for each other field, since C++ and careful compilers want all of them.
+/// Of the options 0 is no default.
+fn initialiser(name: &str, fields: usize) -> Option<String> {
+    let short = name.strip_prefix("Seamwright").filter(|short| *short != "Options")?;
+    let zeros = ", 0".repeat(fields - 1);
+    Some(format!("#define SEAMWRIGHT_{}_INIT {{sizeof({name}){zeros}}}", short.to_uppercase()))
+}
 
 /// The header's text.
 pub fn render() -> String {
@@ -40,7 +54,7 @@ pub fn render() -> String {
     builder.generate().expect("definitions that C can have").write(&mut text);
     let text = String::from_utf8(text).expect("text");
     // What Rust calls safety is C's everyday: the opening says it once.
-    let (mut lines, mut is_safety) = (Vec::<&str>::new(), false);
+    let (mut lines, mut is_safety, mut fields) = (Vec::<String>::new(), false, 0);
     for line in text.lines() {
         if line == "// # Safety" {
             lines.pop(); // the empty line before it
@@ -48,7 +62,11 @@ pub fn render() -> String {
         }
         is_safety &= line.starts_with("//");
         if !is_safety {
-            lines.push(line);
+            lines.push(line.into());
+        }
+        fields += usize::from(line.ends_with(';') && line.starts_with("    ") && !line.contains("//"));
+        if let Some(name) = line.strip_prefix("} ").and_then(|end| end.strip_suffix(';')) {
+            lines.extend(initialiser(name, std::mem::take(&mut fields)));
         }
     }
     lines.join("\n") + "\n"

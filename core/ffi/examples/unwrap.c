@@ -74,7 +74,7 @@ int main(int argc, char **argv) {
     FILE *in = fopen(argv[1], "rb");
     if (!in) fail(argv[1], "cannot be opened");
 
-    SeamwrightMesh mesh = {0};
+    SeamwrightMesh mesh = SEAMWRIGHT_MESH_INIT;
     read_obj(in, &mesh, NULL, NULL, NULL);
     rewind(in);
     double *positions = buffer(mesh.vertex_count, 3 * sizeof *positions);
@@ -86,16 +86,17 @@ int main(int argc, char **argv) {
     mesh.corners = corners;
     mesh.polygon_start = starts;
 
-    SeamwrightAtlas atlas = {
-        .corner_uv = buffer(mesh.corner_count, 2 * sizeof(double)),
-        .polygon_chart = buffer(mesh.polygon_count, sizeof(uint32_t)),
-        .exposure = buffer(mesh.vertex_count, sizeof(float)),
-    };
+    SeamwrightAtlas atlas = SEAMWRIGHT_ATLAS_INIT;
+    atlas.corner_uv = buffer(mesh.corner_count, 2 * sizeof(double));
+    atlas.polygon_chart = buffer(mesh.polygon_count, sizeof(uint32_t));
+    atlas.exposure = buffer(mesh.vertex_count, sizeof(float));
     const char *stage = NULL;
-    SeamwrightHost host = {.user = &stage, .progress = progress};
+    SeamwrightHost host = SEAMWRIGHT_HOST_INIT;
+    host.user = &stage;
+    host.progress = progress;
+    SeamwrightReport report = SEAMWRIGHT_REPORT_INIT;
     SeamwrightOptions options;
-    SeamwrightReport report;
-    seamwright_defaults(&options);
+    seamwright_defaults(&options, sizeof options);
     size_t bytes;
     int32_t code = seamwright_unwrap_scratch(&bytes, &mesh, &options);
     if (code) fail(argv[1], seamwright_message(code));
@@ -110,7 +111,7 @@ int main(int argc, char **argv) {
         fail(argv[1], seamwright_message(code));
     }
 
-    SeamwrightFigures figures;
+    SeamwrightFigures figures = SEAMWRIGHT_FIGURES_INIT;
     code = seamwright_measure_scratch(&bytes, &mesh, 1024);
     if (code) fail(argv[1], seamwright_message(code));
     uint8_t *scratch = buffer(bytes, 1);

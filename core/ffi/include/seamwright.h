@@ -4,7 +4,13 @@
    Every function that answers int32_t answers SEAMWRIGHT_OK or another of the codes below. Nothing is allocated, nothing
    is kept between calls, and no thread is started; different threads may call at the same time with different buffers.
    Pointers point to as much as is said beside them, and nobody else writes there during a call; what can be checked is.
-   Shapes stand in brackets: (n, 3) is n times 3 values, row after row. */
+   Shapes stand in brackets: (n, 3) is n times 3 values, row after row.
+
+   Every struct begins with its sizeof, so that it can grow at its end. `SeamwrightMesh mesh = SEAMWRIGHT_MESH_INIT;` says it
+   and leaves the rest 0 and NULL, which say nothing; all structs have such a macro but the options, which
+   `seamwright_defaults` fills. A program that was compiled with an older header may so use a newer library: what its structs
+   lack counts as 0, or is not written. So may one with a newer header use an older library, where it says nothing that
+   library does not know (SEAMWRIGHT_NEWER_STRUCT); figures that it does not know stay as they were. */
 
 #ifndef SEAMWRIGHT_H
 #define SEAMWRIGHT_H
@@ -12,8 +18,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Number of this interface. It changes when a struct, a function or a code does.
-#define SEAMWRIGHT_INTERFACE 1
+// Number of this interface. It changes when a struct, a function or a code does, but not when one is added, or a field at
+// a struct's end.
+#define SEAMWRIGHT_INTERFACE 2
 
 // Done.
 #define SEAMWRIGHT_OK 0
@@ -52,7 +59,7 @@
 // `rays` is not from 1 to 65536.
 #define SEAMWRIGHT_BAD_RAYS 11
 
-// `charts` or `packing` is none of their constants.
+// `charts`, `packing`, `hard_edges` or `prefer` is none of their constants.
 #define SEAMWRIGHT_BAD_CHOICE 12
 
 // More scratch memory is needed. `detail`: bytes to try next, which changes no bit of the result; 0: no amount would do.
@@ -70,6 +77,14 @@
 // A fault of this library; please report it.
 #define SEAMWRIGHT_INTERNAL 17
 
+// `struct_size` is no sizeof of that struct: 0, less than its first version had, not a multiple of sizeof(size_t), or more
+// than 4096. `detail`: its sizeof in this library.
+#define SEAMWRIGHT_BAD_STRUCT 18
+
+// A struct of a newer header says something that this library does not know: bytes behind its last known field are not 0.
+// `detail`: how many bytes are known.
+#define SEAMWRIGHT_NEWER_STRUCT 19
+
 // As many charts as hide the seams best.
 #define SEAMWRIGHT_CHARTS_FEW 0
 
@@ -82,8 +97,34 @@
 // One cell of a square grid a chart.
 #define SEAMWRIGHT_PACKING_GRID 1
 
+// A seam is hardly noticed where the shading breaks.
+#define SEAMWRIGHT_HARD_EDGES_PREFER 0
+
+// Every break of the shading is a cut, as baking of normal maps wants it.
+#define SEAMWRIGHT_HARD_EDGES_REQUIRE 1
+
+// Breaks count for nothing; the turn of the surface alone does.
+#define SEAMWRIGHT_HARD_EDGES_OFF 2
+
+// Few noticed seams and a full square, both in their measure.
+#define SEAMWRIGHT_PREFER_BALANCE 0
+
+// The fewest seams that are noticed: charts may be of any shape.
+#define SEAMWRIGHT_PREFER_SEAMS 1
+
+// Charts that pack well.
+#define SEAMWRIGHT_PREFER_FILL 2
+
+// The edge is a cut whatever it costs.
+#define SEAMWRIGHT_EDGE_CUT 1
+
+// The shading breaks at the edge: a border of smoothing groups, a sharp edge.
+#define SEAMWRIGHT_EDGE_BREAK 2
+
 // A mesh: polygons over positions. Only read.
 typedef struct SeamwrightMesh {
+    // sizeof(SeamwrightMesh).
+    size_t struct_size;
     // (vertex_count, 3), finite.
     const double *positions;
     // Vertices.
@@ -100,10 +141,23 @@ typedef struct SeamwrightMesh {
     const double *kept_uv;
     // (polygon_count): a part each, whose borders become cuts. NULL: no parts.
     const uint32_t *parts;
+    // (corner_count, 3): the normal of each corner, of any length; NaN or zero: none. Where those of two polygons differ at
+    // their edge, the shading breaks. NULL: no normals.
+    const float *corner_normals;
+    // (corner_count): how much more or less a cut costs along the edge from this corner to the next one of its polygon, as a
+    // factor: 0 is free, infinite forbidden, NaN says nothing. Of an edge's two corners the larger weight counts. NULL: none.
+    const float *edge_weights;
+    // (corner_count): SEAMWRIGHT_EDGE_..., added up, of the same edges, by either corner. NULL: no marks.
+    const uint8_t *edge_marks;
+    // How far positions may be from what they stand for: half the last digit of a file. 0: exact, or unknown.
+    double tolerance;
 } SeamwrightMesh;
+#define SEAMWRIGHT_MESH_INIT {sizeof(SeamwrightMesh), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 // Figures of any UV map. Those over nothing are NaN, energies of collapsed maps infinite.
 typedef struct SeamwrightFigures {
+    // sizeof(SeamwrightFigures), by the caller.
+    size_t struct_size;
     // 1 - mean angle error in radians.
     double conformality;
     // 1 - mean |ln| of the area error.
@@ -136,6 +190,8 @@ typedef struct SeamwrightFigures {
     size_t overlapping_faces;
     // After an error: see its code. Otherwise 0.
     size_t detail;
+    // Charts that no plane can hold: without a border, or with a handle. Those with holes are none of them.
+    size_t closed_or_handled_charts;
     // As `visible_seam_length`, times what is noticed: 1 where the surface turns by up to 10 degrees, 0.1 from 40; NaN
     // without exposure.
     double noticed_seam_length;
@@ -145,12 +201,13 @@ typedef struct SeamwrightFigures {
     double sharp_seam_share;
     // Share of the length of such sharp edges that is seam; NaN where there is none.
     double sharp_seam_cover;
-    // Charts that no plane can hold: without a border, or with a handle. Those with holes are none of them.
-    size_t closed_or_handled_charts;
 } SeamwrightFigures;
+#define SEAMWRIGHT_FIGURES_INIT {sizeof(SeamwrightFigures), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
-// What can be asked for; `seamwright_defaults` fills it.
+// What can be asked for; `seamwright_defaults` fills it, its size too.
 typedef struct SeamwrightOptions {
+    // sizeof(SeamwrightOptions).
+    size_t struct_size;
     // Bound on the mean symmetric Dirichlet energy over 4; above 1, which is an isometry.
     double distortion;
     // Seed of every random value.
@@ -167,10 +224,16 @@ typedef struct SeamwrightOptions {
     uint32_t packing;
     // Search work of tight packing in hundredths, 1000 at the most: 0 only fills, 100 takes up to a second of a desktop's core.
     uint32_t effort;
+    // SEAMWRIGHT_HARD_EDGES_...: what is made of breaks of the shading.
+    uint32_t hard_edges;
+    // SEAMWRIGHT_PREFER_...: what is given up where seams and fill are at odds.
+    uint32_t prefer;
 } SeamwrightOptions;
 
 // Where the atlas is written. After an error its contents are unspecified.
 typedef struct SeamwrightAtlas {
+    // sizeof(SeamwrightAtlas).
+    size_t struct_size;
     // (corner_count, 2): the UV of each corner, in [0, 1], multiples of 2^-24.
     double *corner_uv;
     // (polygon_count): the chart of each polygon from 0; 0xffffffff for a polygon without area.
@@ -178,9 +241,12 @@ typedef struct SeamwrightAtlas {
     // (vertex_count): 1 is open sky, 0 is never seen.
     float *exposure;
 } SeamwrightAtlas;
+#define SEAMWRIGHT_ATLAS_INIT {sizeof(SeamwrightAtlas), 0, 0, 0}
 
 // What was done.
 typedef struct SeamwrightReport {
+    // sizeof(SeamwrightReport), by the caller.
+    size_t struct_size;
     // Mean symmetric Dirichlet energy over 4, after the best global scale.
     double distortion;
     // Share of the unit square that charts cover.
@@ -198,12 +264,15 @@ typedef struct SeamwrightReport {
     // After an error: see its code. Otherwise 0.
     size_t detail;
 } SeamwrightReport;
+#define SEAMWRIGHT_REPORT_INIT {sizeof(SeamwrightReport), 0, 0, 0, 0, 0, 0, 0, 0}
 
 // One of n tasks.
 typedef void (*SeamwrightTask)(void *context, size_t index);
 
 // What the caller offers. A null pointer to it, or a null function in it, is no offer.
 typedef struct SeamwrightHost {
+    // sizeof(SeamwrightHost).
+    size_t struct_size;
     // Handed to both functions as it is.
     void *user;
     // `done` of `total` steps of a stage ("repair", "exposure", "seams", "pack", "check") are finished. Called on the
@@ -213,6 +282,7 @@ typedef struct SeamwrightHost {
     // are done. It may be called again from within a task. The result does not depend on it.
     void (*run)(void *user, size_t count, SeamwrightTask task, void *context);
 } SeamwrightHost;
+#define SEAMWRIGHT_HOST_INIT {sizeof(SeamwrightHost), 0, 0, 0}
 
 #ifdef __cplusplus
 extern "C" {
@@ -243,8 +313,9 @@ int32_t seamwright_measure(struct SeamwrightFigures *figures,
                            uint8_t *scratch,
                            size_t scratch_bytes);
 
-// Fills `options` with the command's defaults.
-int32_t seamwright_defaults(struct SeamwrightOptions *options);
+// Fills `options` with the command's defaults, whatever stands there. `struct_size`: sizeof *options.
+int32_t seamwright_defaults(struct SeamwrightOptions *options,
+                            size_t struct_size);
 
 // Writes how many bytes of scratch `seamwright_unwrap` asks for. Of the mesh it reads the counts and `polygon_start`, so
 // the other pointers may be null. Some mesh may need more than this estimate: see SEAMWRIGHT_SCRATCH.

@@ -29,7 +29,7 @@ pub const SEAMWRIGHT_BAD_DISTORTION: i32 = 9;
 pub const SEAMWRIGHT_BAD_SIZE: i32 = 10;
 /// `rays` is not from 1 to 65536.
 pub const SEAMWRIGHT_BAD_RAYS: i32 = 11;
-/// `charts` or `packing` is none of their constants.
+/// `charts`, `packing`, `hard_edges` or `prefer` is none of their constants.
 pub const SEAMWRIGHT_BAD_CHOICE: i32 = 12;
 /// More scratch memory is needed. `detail`: bytes to try next, which changes no bit of the result; 0: no amount would do.
 pub const SEAMWRIGHT_SCRATCH: i32 = 13;
@@ -41,6 +41,12 @@ pub const SEAMWRIGHT_OVERLAP: i32 = 15;
 pub const SEAMWRIGHT_BAD_EFFORT: i32 = 16;
 /// A fault of this library; please report it.
 pub const SEAMWRIGHT_INTERNAL: i32 = 17;
+/// `struct_size` is no sizeof of that struct: 0, less than its first version had, not a multiple of sizeof(size_t), or more
+/// than 4096. `detail`: its sizeof in this library.
+pub const SEAMWRIGHT_BAD_STRUCT: i32 = 18;
+/// A struct of a newer header says something that this library does not know: bytes behind its last known field are not 0.
+/// `detail`: how many bytes are known.
+pub const SEAMWRIGHT_NEWER_STRUCT: i32 = 19;
 
 /// A sentence for people about a code.
 #[unsafe(no_mangle)]
@@ -62,11 +68,13 @@ fn message(code: i32) -> &'static CStr {
         SEAMWRIGHT_BAD_DISTORTION => c"the bound on distortion must be a number above 1",
         SEAMWRIGHT_BAD_SIZE => c"the size must be from 16 to 65536, the padding a quarter of it at the most",
         SEAMWRIGHT_BAD_RAYS => c"the number of rays must be from 1 to 65536",
-        SEAMWRIGHT_BAD_CHOICE => c"charts or packing is none of the known values",
+        SEAMWRIGHT_BAD_CHOICE => c"charts, packing, hard_edges or prefer is none of the known values",
         SEAMWRIGHT_SCRATCH => c"more scratch memory is needed",
         SEAMWRIGHT_CANCELLED => c"stopped on request",
         SEAMWRIGHT_OVERLAP => c"faces of the atlas still overlap after all attempts",
         SEAMWRIGHT_INTERNAL => c"a fault of the library",
+        SEAMWRIGHT_BAD_STRUCT => c"a struct does not begin with its size",
+        SEAMWRIGHT_NEWER_STRUCT => c"a struct asks for what this version of the library does not know",
         SEAMWRIGHT_BAD_EFFORT => c"the effort must be 1000 hundredths at the most",
         _ => c"no code of this library",
     }
@@ -126,11 +134,11 @@ mod tests {
     #[test]
     fn every_code_has_a_sentence_of_its_own() {
         let unknown = message(-1);
-        for code in SEAMWRIGHT_OK..=SEAMWRIGHT_INTERNAL {
+        for code in SEAMWRIGHT_OK..=SEAMWRIGHT_NEWER_STRUCT {
             assert!(message(code) != unknown);
             assert!((SEAMWRIGHT_OK..code).all(|other| message(other) != message(code)));
         }
-        assert_eq!(message(SEAMWRIGHT_INTERNAL + 1), unknown);
+        assert_eq!(message(SEAMWRIGHT_NEWER_STRUCT + 1), unknown);
     }
 
     #[test]

@@ -14,7 +14,9 @@ pub struct Host(SeamwrightHost);
 
 impl Host {
     /// Offers nothing.
-    pub const NONE: Self = Self(SeamwrightHost { user: ptr::null_mut(), progress: None, run: None });
+    pub fn none() -> Self {
+        Self(SeamwrightHost::INIT)
+    }
 
     pub fn new(offer: SeamwrightHost) -> Self {
         Self(offer)

@@ -4,7 +4,7 @@
 //! is generated from this crate (`cargo run -p seamwright-tests --bin header`), and a test compares them. No input makes
 //! it panic: pointers, counts, alignment and options are checked before anything is read through them.
 //! It is an ordinary Rust library in this workspace; as a static or shared library it is built with the feature
-//! `standalone` and the profile `c`, see the README. `unsafe` lives in `slices`, `host`, and `panic`, and in the
+//! `standalone` and the profile `c`, see the README. `unsafe` lives in `slices`, `structs`, `host` and `panic`, and in the
 //! functions that C calls, whose contract is the header.
 #![no_std]
 
@@ -17,6 +17,7 @@ mod measure;
 #[cfg(feature = "standalone")]
 mod panic;
 mod slices;
+mod structs;
 mod surface;
 mod types;
 mod unwrap;
@@ -28,8 +29,9 @@ pub use unwrap::*;
 
 use core::ffi::c_char;
 
-/// Number of this interface. It changes when a struct, a function or a code does.
-pub const SEAMWRIGHT_INTERFACE: u32 = 1;
+/// Number of this interface. It changes when a struct, a function or a code does, but not when one is added, or a field at
+/// a struct's end.
+pub const SEAMWRIGHT_INTERFACE: u32 = 2;
 
 /// The interface that the library was built with; compare it with `SEAMWRIGHT_INTERFACE`.
 // SAFETY: no other symbol has this name; so everywhere below.

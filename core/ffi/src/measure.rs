@@ -1,7 +1,8 @@
 //! `seamwright_measure`: figures of any UV map, the library's own or somebody else's.
 
 use crate::code::{Fault, *};
-use crate::slices::{Buffers, check, read};
+use crate::slices::{Buffers, check};
+use crate::structs::{Room, read};
 use crate::surface::{Starts, Surface};
 use crate::types::{SeamwrightFigures, SeamwrightMesh};
 use glam::DVec2;
@@ -49,18 +50,20 @@ pub unsafe extern "C" fn seamwright_measure(
     scratch: *mut u8,
     scratch_bytes: usize,
 ) -> i32 {
-    if let Err(fault) = check(figures) {
-        return fault.code;
-    }
+    // SAFETY: the caller's promise.
+    let room = match unsafe { Room::new(figures) } {
+        Ok(room) => room,
+        Err(fault) => return fault.code,
+    };
     // SAFETY: the caller's promise.
     let result =
         unsafe { read(mesh).and_then(|mesh| run(mesh, corner_uv, exposure, resolution, scratch, scratch_bytes)) };
     let (code, written) = match result {
         Ok(found) => (SEAMWRIGHT_OK, found),
-        Err(Fault { code, detail }) => (code, SeamwrightFigures { detail, ..Default::default() }),
+        Err(Fault { code, detail }) => (code, SeamwrightFigures { detail, ..SeamwrightFigures::INIT }),
     };
-    // SAFETY: checked, and no reference is left.
-    unsafe { figures.write(written) };
+    // SAFETY: no reference is left.
+    unsafe { room.write(written) };
     code
 }
 
@@ -92,7 +95,7 @@ unsafe fn run(
         let mut buffers = Buffers::default();
         let (surface, starts) = Surface::read(&mesh, &mut buffers)?;
         let uv: &[DVec2] = buffers.read(corner_uv.cast(), mesh.corner_count)?;
-        let exposure = (!exposure.is_null()).then(|| buffers.read(exposure, mesh.vertex_count)).transpose()?;
+        let exposure = buffers.read_given(exposure, mesh.vertex_count)?;
         (surface, starts, uv, exposure, buffers.write(scratch, bytes)?, need(mesh, resolution)?)
     };
     if let Some(corner) = surface.corners.iter().position(|v| *v as usize >= surface.positions.len()) {
@@ -120,6 +123,7 @@ unsafe fn run(
 fn figures(m: &Metrics) -> SeamwrightFigures {
     let (distortion, seen) = (&m.distortion, m.seams.exposure);
     SeamwrightFigures {
+        struct_size: SeamwrightFigures::INIT.struct_size,
         conformality: distortion.conformality(),
         equiareality: distortion.equiareality(),
         symmetric_dirichlet: distortion.symmetric_dirichlet,
@@ -136,10 +140,10 @@ fn figures(m: &Metrics) -> SeamwrightFigures {
         flipped_faces: m.exact.flipped_faces,
         overlapping_faces: m.exact.overlapping_faces,
         detail: 0,
+        closed_or_handled_charts: m.charts.closed_or_handled,
         noticed_seam_length: seen.map_or(f64::NAN, |x| x.noticed_length_norm),
         flat_seam_share: m.seams.flat_share,
         sharp_seam_share: m.seams.sharp_share,
         sharp_seam_cover: m.seams.sharp_cover,
-        closed_or_handled_charts: m.charts.closed_or_handled,
     }
 }

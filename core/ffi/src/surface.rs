@@ -2,10 +2,13 @@
 
 use crate::code::{Fault, SEAMWRIGHT_BAD_POLYGONS, SEAMWRIGHT_TOO_LARGE};
 use crate::slices::Buffers;
-use crate::types::SeamwrightMesh;
+use crate::types::{SEAMWRIGHT_EDGE_BREAK, SEAMWRIGHT_EDGE_CUT, SeamwrightMesh};
 use glam::{DVec2, DVec3};
 use seamwright_core::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use seamwright_core::mesh::repair::Counts;
+use seamwright_core::price::given::{BREAK, CUT, EdgeData};
+
+const _: () = assert!(SEAMWRIGHT_EDGE_CUT == CUT && SEAMWRIGHT_EDGE_BREAK == BREAK);
 
 /// Vertices, corners and polygons that a mesh may have, each: what core numbers with 32 bits, and on 32-bit machines so
 /// many that the bytes for them can be added up (a test does).
@@ -19,21 +22,30 @@ pub struct Surface<'a> {
     pub corners: &'a [u32],           // (c)
     pub kept_uv: Option<&'a [DVec2]>, // (c)
     pub parts: Option<&'a [u32]>,     // (p)
+    pub edges: EdgeData<'a>,
+    pub tolerance: f64,
 }
 
 impl<'a> Surface<'a> {
     /// # Safety
     /// The header's contract for `mesh`.
     pub unsafe fn read(mesh: &SeamwrightMesh, buffers: &mut Buffers) -> Result<(Self, Starts<'a>), Fault> {
-        // SAFETY: the caller's promise; f64 triples and pairs are glam's scalar vectors (`repr(C)`).
+        let SeamwrightMesh { vertex_count, corner_count, polygon_count, .. } = *mesh;
+        // SAFETY: the caller's promise; triples and pairs of floats are glam's scalar vectors (`repr(C)`).
         unsafe {
             let starts = Starts::read(mesh, buffers)?;
-            let (kept_uv, parts) = (mesh.kept_uv, mesh.parts);
             let surface = Self {
-                positions: buffers.read(mesh.positions.cast(), mesh.vertex_count)?,
-                corners: buffers.read(mesh.corners, mesh.corner_count)?,
-                kept_uv: (!kept_uv.is_null()).then(|| buffers.read(kept_uv.cast(), mesh.corner_count)).transpose()?,
-                parts: (!parts.is_null()).then(|| buffers.read(parts, mesh.polygon_count)).transpose()?,
+                positions: buffers.read(mesh.positions.cast(), vertex_count)?,
+                corners: buffers.read(mesh.corners, corner_count)?,
+                kept_uv: buffers.read_given(mesh.kept_uv.cast(), corner_count)?,
+                parts: buffers.read_given(mesh.parts, polygon_count)?,
+                edges: EdgeData {
+                    normals: buffers.read_given(mesh.corner_normals.cast(), corner_count)?,
+                    weights: buffers.read_given(mesh.edge_weights, corner_count)?,
+                    marks: buffers.read_given(mesh.edge_marks, corner_count)?,
+                },
+                // Of a number that is none, 0.
+                tolerance: mesh.tolerance.max(0.0),
             };
             Ok((surface, starts))
         }

@@ -1,4 +1,4 @@
-//! The structs that cross the border. Their fields' order is the interface.
+//! The structs that cross the border. Their fields' order is the interface; new ones come last, see `structs`.
 
 use core::ffi::{c_char, c_void};
 
@@ -10,11 +10,29 @@ pub const SEAMWRIGHT_CHARTS_ONE: u32 = 1;
 pub const SEAMWRIGHT_PACKING_TIGHT: u32 = 0;
 /// One cell of a square grid a chart.
 pub const SEAMWRIGHT_PACKING_GRID: u32 = 1;
+/// A seam is hardly noticed where the shading breaks.
+pub const SEAMWRIGHT_HARD_EDGES_PREFER: u32 = 0;
+/// Every break of the shading is a cut, as baking of normal maps wants it.
+pub const SEAMWRIGHT_HARD_EDGES_REQUIRE: u32 = 1;
+/// Breaks count for nothing; the turn of the surface alone does.
+pub const SEAMWRIGHT_HARD_EDGES_OFF: u32 = 2;
+/// Few noticed seams and a full square, both in their measure.
+pub const SEAMWRIGHT_PREFER_BALANCE: u32 = 0;
+/// The fewest seams that are noticed: charts may be of any shape.
+pub const SEAMWRIGHT_PREFER_SEAMS: u32 = 1;
+/// Charts that pack well.
+pub const SEAMWRIGHT_PREFER_FILL: u32 = 2;
+/// The edge is a cut whatever it costs.
+pub const SEAMWRIGHT_EDGE_CUT: u8 = 1;
+/// The shading breaks at the edge: a border of smoothing groups, a sharp edge.
+pub const SEAMWRIGHT_EDGE_BREAK: u8 = 2;
 
 /// A mesh: polygons over positions. Only read.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SeamwrightMesh {
+    /// sizeof(SeamwrightMesh).
+    pub struct_size: usize,
     /// (vertex_count, 3), finite.
     pub positions: *const f64,
     /// Vertices.
@@ -31,12 +49,24 @@ pub struct SeamwrightMesh {
     pub kept_uv: *const f64,
     /// (polygon_count): a part each, whose borders become cuts. NULL: no parts.
     pub parts: *const u32,
+    /// (corner_count, 3): the normal of each corner, of any length; NaN or zero: none. Where those of two polygons differ at
+    /// their edge, the shading breaks. NULL: no normals.
+    pub corner_normals: *const f32,
+    /// (corner_count): how much more or less a cut costs along the edge from this corner to the next one of its polygon, as a
+    /// factor: 0 is free, infinite forbidden, NaN says nothing. Of an edge's two corners the larger weight counts. NULL: none.
+    pub edge_weights: *const f32,
+    /// (corner_count): SEAMWRIGHT_EDGE_..., added up, of the same edges, by either corner. NULL: no marks.
+    pub edge_marks: *const u8,
+    /// How far positions may be from what they stand for: half the last digit of a file. 0: exact, or unknown.
+    pub tolerance: f64,
 }
 
-/// What can be asked for; `seamwright_defaults` fills it.
+/// What can be asked for; `seamwright_defaults` fills it, its size too.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SeamwrightOptions {
+    /// sizeof(SeamwrightOptions).
+    pub struct_size: usize,
     /// Bound on the mean symmetric Dirichlet energy over 4; above 1, which is an isometry.
     pub distortion: f64,
     /// Seed of every random value.
@@ -53,12 +83,18 @@ pub struct SeamwrightOptions {
     pub packing: u32,
     /// Search work of tight packing in hundredths, 1000 at the most: 0 only fills, 100 takes up to a second of a desktop's core.
     pub effort: u32,
+    /// SEAMWRIGHT_HARD_EDGES_...: what is made of breaks of the shading.
+    pub hard_edges: u32,
+    /// SEAMWRIGHT_PREFER_...: what is given up where seams and fill are at odds.
+    pub prefer: u32,
 }
 
 /// Where the atlas is written. After an error its contents are unspecified.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SeamwrightAtlas {
+    /// sizeof(SeamwrightAtlas).
+    pub struct_size: usize,
     /// (corner_count, 2): the UV of each corner, in [0, 1], multiples of 2^-24.
     pub corner_uv: *mut f64,
     /// (polygon_count): the chart of each polygon from 0; 0xffffffff for a polygon without area.
@@ -69,8 +105,10 @@ pub struct SeamwrightAtlas {
 
 /// What was done.
 #[repr(C)]
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub struct SeamwrightReport {
+    /// sizeof(SeamwrightReport), by the caller.
+    pub struct_size: usize,
     /// Mean symmetric Dirichlet energy over 4, after the best global scale.
     pub distortion: f64,
     /// Share of the unit square that charts cover.
@@ -91,8 +129,10 @@ pub struct SeamwrightReport {
 
 /// Figures of any UV map. Those over nothing are NaN, energies of collapsed maps infinite.
 #[repr(C)]
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub struct SeamwrightFigures {
+    /// sizeof(SeamwrightFigures), by the caller.
+    pub struct_size: usize,
     /// 1 - mean angle error in radians.
     pub conformality: f64,
     /// 1 - mean |ln| of the area error.
@@ -125,6 +165,8 @@ pub struct SeamwrightFigures {
     pub overlapping_faces: usize,
     /// After an error: see its code. Otherwise 0.
     pub detail: usize,
+    /// Charts that no plane can hold: without a border, or with a handle. Those with holes are none of them.
+    pub closed_or_handled_charts: usize,
     /// As `visible_seam_length`, times what is noticed: 1 where the surface turns by up to 10 degrees, 0.1 from 40; NaN
     /// without exposure.
     pub noticed_seam_length: f64,
@@ -134,8 +176,6 @@ pub struct SeamwrightFigures {
     pub sharp_seam_share: f64,
     /// Share of the length of such sharp edges that is seam; NaN where there is none.
     pub sharp_seam_cover: f64,
-    /// Charts that no plane can hold: without a border, or with a handle. Those with holes are none of them.
-    pub closed_or_handled_charts: usize,
 }
 
 /// One of n tasks.
@@ -145,6 +185,8 @@ pub type SeamwrightTask = extern "C" fn(context: *mut c_void, index: usize);
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SeamwrightHost {
+    /// sizeof(SeamwrightHost).
+    pub struct_size: usize,
     /// Handed to both functions as it is.
     pub user: *mut c_void,
     /// `done` of `total` steps of a stage ("repair", "exposure", "seams", "pack", "check") are finished. Called on the

@@ -2,11 +2,14 @@
 
 use crate::code::{Fault, *};
 use crate::host::{Host, Listener};
-use crate::slices::{Buffers, check, read};
+use crate::slices::{Buffers, check};
+use crate::structs::{Room, read};
 use crate::surface::{Starts, Surface};
 use crate::types::*;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::pipeline::{self, Charts, Input, Output, Packing, Settings};
+use seamwright_core::price::cost::Prefer;
+use seamwright_core::price::given::HardEdges;
 use seamwright_core::rays::binned::BinnedBuilder;
 
 /// Sides of the texture.
@@ -16,22 +19,21 @@ const MOST_EFFORT: u32 = 1000;
 /// Rays a vertex.
 const RAYS: core::ops::RangeInclusive<u32> = 1..=65536;
 
-/// Fills `options` with the command's defaults.
+/// Fills `options` with the command's defaults, whatever stands there. `struct_size`: sizeof *options.
 ///
 /// # Safety
-/// `options` points to one.
+/// `options` points to so many bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn seamwright_defaults(options: *mut SeamwrightOptions) -> i32 {
+pub unsafe extern "C" fn seamwright_defaults(options: *mut SeamwrightOptions, struct_size: usize) -> i32 {
     let Settings { distortion, size, padding, rays, seed, effort, .. } = Settings::default();
-    let (charts, packing) = (SEAMWRIGHT_CHARTS_FEW, SEAMWRIGHT_PACKING_TIGHT);
-    let defaults =
-        SeamwrightOptions { distortion, seed, size, padding, rays, charts, packing, effort: (100.0 * effort) as u32 };
-    if let Err(fault) = check(options) {
-        return fault.code;
+    let effort = (100.0 * effort) as u32;
+    // Choices are those that have the number 0.
+    let defaults = SeamwrightOptions { distortion, seed, size, padding, rays, effort, ..SeamwrightOptions::INIT };
+    // SAFETY: the caller's promise.
+    match unsafe { Room::cleared(options, struct_size).map(|room| room.write(defaults)) } {
+        Ok(()) => SEAMWRIGHT_OK,
+        Err(fault) => fault.code,
     }
-    // SAFETY: checked.
-    unsafe { options.write(defaults) };
-    SEAMWRIGHT_OK
 }
 
 /// Writes how many bytes of scratch `seamwright_unwrap` asks for. Of the mesh it reads the counts and `polygon_start`, so
@@ -76,20 +78,22 @@ pub unsafe extern "C" fn seamwright_unwrap(
     scratch: *mut u8,
     scratch_bytes: usize,
 ) -> i32 {
-    if let Err(fault) = check(report) {
-        return fault.code;
-    }
+    // SAFETY: the caller's promise.
+    let room = match unsafe { Room::new(report) } {
+        Ok(room) => room,
+        Err(fault) => return fault.code,
+    };
     // SAFETY: the caller's promise.
     let result = unsafe {
-        let host = if host.is_null() { Ok(Host::NONE) } else { read(host).map(Host::new) };
+        let host = if host.is_null() { Ok(Host::none()) } else { read(host).map(Host::new) };
         host.and_then(|host| run(read(atlas)?, read(mesh)?, read(options)?, &host, scratch, scratch_bytes))
     };
     let (code, written) = match result {
         Ok(done) => (SEAMWRIGHT_OK, done),
-        Err(Fault { code, detail }) => (code, SeamwrightReport { detail, ..Default::default() }),
+        Err(Fault { code, detail }) => (code, SeamwrightReport { detail, ..SeamwrightReport::INIT }),
     };
-    // SAFETY: checked, and no reference is left.
-    unsafe { report.write(written) };
+    // SAFETY: no reference is left.
+    unsafe { room.write(written) };
     code
 }
 
@@ -127,11 +131,12 @@ unsafe fn run(
     }
     let mut scratch = Scratch::new(bytes);
     let polygon_start = starts.list(&mut scratch).map_err(|e| Fault::scratch(e.need, e.given, given))?;
-    let Surface { positions, corners, kept_uv, parts } = mesh;
-    let input = Input { kept_uv, parts, ..Input::new(positions, corners, polygon_start) };
+    let Surface { positions, corners, kept_uv, parts, edges, tolerance } = mesh;
+    let input = Input { positions, corners, polygon_start, kept_uv, parts, edges, tolerance };
     let done = pipeline::unwrap(output, &input, &settings, &BinnedBuilder, scratch, host, &mut Listener(host))
         .map_err(|e| Fault::of_unwrap(e, given))?;
     Ok(SeamwrightReport {
+        struct_size: SeamwrightReport::INIT.struct_size,
         distortion: done.distortion,
         utilisation: done.utilisation,
         chart_count: done.chart_count,
@@ -145,19 +150,42 @@ unsafe fn run(
 
 /// Core's settings, where the options are in range.
 fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
-    let SeamwrightOptions { distortion, seed, size, padding, rays, charts, packing, effort } = *options;
-    let mut settings =
-        Settings { distortion, seed, size, padding, rays, effort: f64::from(effort) / 100.0, ..Settings::default() };
-    match charts {
-        SEAMWRIGHT_CHARTS_FEW => settings.charts = Charts::Few,
-        SEAMWRIGHT_CHARTS_ONE => settings.charts = Charts::One,
-        _ => return Err(Fault::new(SEAMWRIGHT_BAD_CHOICE)),
-    }
-    match packing {
-        SEAMWRIGHT_PACKING_TIGHT => settings.packing = Packing::Tight,
-        SEAMWRIGHT_PACKING_GRID => settings.packing = Packing::Grid,
-        _ => return Err(Fault::new(SEAMWRIGHT_BAD_CHOICE)),
-    }
+    let SeamwrightOptions { distortion, seed, size, padding, rays, effort, .. } = *options;
+    let none_of_them = Err(Fault::new(SEAMWRIGHT_BAD_CHOICE));
+    let charts = match options.charts {
+        SEAMWRIGHT_CHARTS_FEW => Charts::Few,
+        SEAMWRIGHT_CHARTS_ONE => Charts::One,
+        _ => return none_of_them,
+    };
+    let packing = match options.packing {
+        SEAMWRIGHT_PACKING_TIGHT => Packing::Tight,
+        SEAMWRIGHT_PACKING_GRID => Packing::Grid,
+        _ => return none_of_them,
+    };
+    let hard_edges = match options.hard_edges {
+        SEAMWRIGHT_HARD_EDGES_PREFER => HardEdges::Prefer,
+        SEAMWRIGHT_HARD_EDGES_REQUIRE => HardEdges::Require,
+        SEAMWRIGHT_HARD_EDGES_OFF => HardEdges::Off,
+        _ => return none_of_them,
+    };
+    let prefer = match options.prefer {
+        SEAMWRIGHT_PREFER_BALANCE => Prefer::Balance,
+        SEAMWRIGHT_PREFER_SEAMS => Prefer::Seams,
+        SEAMWRIGHT_PREFER_FILL => Prefer::Fill,
+        _ => return none_of_them,
+    };
+    let settings = Settings {
+        distortion,
+        charts,
+        packing,
+        size,
+        padding,
+        effort: f64::from(effort) / 100.0,
+        rays,
+        hard_edges,
+        prefer,
+        seed,
+    };
     let checks = [
         (distortion > 1.0 && distortion.is_finite(), SEAMWRIGHT_BAD_DISTORTION),
         (SIZES.contains(&size) && padding <= size / 4, SEAMWRIGHT_BAD_SIZE),
@@ -165,4 +193,42 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         (effort <= MOST_EFFORT, SEAMWRIGHT_BAD_EFFORT),
     ];
     checks.iter().find(|(holds, _)| !holds).map_or(Ok(settings), |(_, code)| Err(Fault::new(*code)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_cores_and_every_choice_has_a_number() {
+        let mut options = SeamwrightOptions::INIT;
+        // SAFETY: it is one.
+        assert_eq!(unsafe { seamwright_defaults(&mut options, size_of_val(&options)) }, SEAMWRIGHT_OK);
+        let text = |settings: Result<Settings, Fault>| std::format!("{settings:?}");
+        assert_eq!(text(settings(&options)), text(Ok(Settings::default())));
+        let chosen = |choose: fn(&mut SeamwrightOptions)| {
+            let mut options = options;
+            choose(&mut options);
+            settings(&options)
+        };
+        type Case = (fn(&mut SeamwrightOptions), fn(&mut Settings));
+        let cases: [Case; 6] = [
+            (|o| o.charts = SEAMWRIGHT_CHARTS_ONE, |s| s.charts = Charts::One),
+            (|o| o.packing = SEAMWRIGHT_PACKING_GRID, |s| s.packing = Packing::Grid),
+            (|o| o.hard_edges = SEAMWRIGHT_HARD_EDGES_REQUIRE, |s| s.hard_edges = HardEdges::Require),
+            (|o| o.hard_edges = SEAMWRIGHT_HARD_EDGES_OFF, |s| s.hard_edges = HardEdges::Off),
+            (|o| o.prefer = SEAMWRIGHT_PREFER_SEAMS, |s| s.prefer = Prefer::Seams),
+            (|o| o.prefer = SEAMWRIGHT_PREFER_FILL, |s| s.prefer = Prefer::Fill),
+        ];
+        for (choose, same) in cases {
+            let mut expected = Settings::default();
+            same(&mut expected);
+            assert_eq!(text(chosen(choose)), text(Ok(expected)));
+        }
+        let beyond: [fn(&mut SeamwrightOptions); 4] =
+            [|o| o.charts = 2, |o| o.packing = 2, |o| o.hard_edges = 3, |o| o.prefer = 3];
+        for choose in beyond {
+            assert_eq!(chosen(choose).err(), Some(Fault::new(SEAMWRIGHT_BAD_CHOICE)));
+        }
+    }
 }

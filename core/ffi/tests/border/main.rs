@@ -1,5 +1,10 @@
 //! The C interface called as C calls it: the same atlas as core's own, and an error code for every kind of bad input.
 
+mod call;
+mod edges;
+mod structs;
+
+use call::{Call, bits};
 use core::ffi::{CStr, c_char, c_void};
 use glam::{DVec2, DVec3};
 use seamwright_core::base::{progress::Silent, scratch::Scratch, workers::Serial};
@@ -9,97 +14,6 @@ use seamwright_ffi::*;
 use std::ptr::{null, null_mut};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
-
-/// A mesh with everything that a call needs.
-struct Call {
-    positions: Vec<f64>,
-    corners: Vec<u32>,
-    polygon_start: Vec<u32>,
-    uv: Vec<f64>,
-    chart: Vec<u32>,
-    exposure: Vec<f32>,
-    mesh: SeamwrightMesh,
-    options: SeamwrightOptions,
-    host: SeamwrightHost,
-    report: SeamwrightReport,
-    scratch: Vec<u8>,
-}
-
-impl Call {
-    /// A cube of quads.
-    fn cube() -> Self {
-        let positions = (0..8u32).flat_map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from)).collect();
-        let corners = vec![0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5];
-        Self::new(positions, corners, Some((0..=6).map(|p| 4 * p).collect()))
-    }
-
-    /// A tetrahedron, told as triangles.
-    fn tetrahedron() -> Self {
-        let positions = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-        Self::new(positions, vec![0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3], None)
-    }
-
-    fn new(positions: Vec<f64>, corners: Vec<u32>, starts: Option<Vec<u32>>) -> Self {
-        let polygon_start = starts.unwrap_or_default();
-        let polygon_count = if polygon_start.is_empty() { corners.len() / 3 } else { polygon_start.len() - 1 };
-        let mesh = SeamwrightMesh {
-            positions: positions.as_ptr(),
-            vertex_count: positions.len() / 3,
-            corners: corners.as_ptr(),
-            corner_count: corners.len(),
-            polygon_start: if polygon_start.is_empty() { null() } else { polygon_start.as_ptr() },
-            polygon_count,
-            kept_uv: null(),
-            parts: null(),
-        };
-        let mut options = SeamwrightOptions {
-            distortion: 0.0,
-            seed: 0,
-            size: 0,
-            padding: 0,
-            rays: 0,
-            charts: 0,
-            packing: 0,
-            effort: 0,
-        };
-        let mut bytes = 0;
-        unsafe {
-            assert_eq!(seamwright_defaults(&mut options), SEAMWRIGHT_OK);
-            assert_eq!(seamwright_unwrap_scratch(&mut bytes, &mesh, &options), SEAMWRIGHT_OK);
-        }
-        Self {
-            uv: vec![f64::NAN; 2 * corners.len()],
-            chart: vec![9; polygon_count],
-            exposure: vec![f32::NAN; positions.len() / 3],
-            positions,
-            corners,
-            polygon_start,
-            mesh,
-            options,
-            host: SeamwrightHost { user: null_mut(), progress: None, run: None },
-            report: SeamwrightReport::default(),
-            scratch: vec![0xa5; bytes],
-        }
-    }
-
-    fn atlas(&mut self) -> SeamwrightAtlas {
-        SeamwrightAtlas {
-            corner_uv: self.uv.as_mut_ptr(),
-            polygon_chart: self.chart.as_mut_ptr(),
-            exposure: self.exposure.as_mut_ptr(),
-        }
-    }
-
-    fn run(&mut self) -> i32 {
-        let atlas = self.atlas();
-        self.run_into(&atlas)
-    }
-
-    fn run_into(&mut self, atlas: &SeamwrightAtlas) -> i32 {
-        let (scratch, bytes) = (self.scratch.as_mut_ptr(), self.scratch.len());
-        unsafe { seamwright_unwrap(atlas, &mut self.report, &self.mesh, &self.options, &self.host, scratch, bytes) }
-    }
-}
 
 /// What core says of the same mesh, as bits.
 fn by_core(call: &Call) -> (Vec<u64>, Vec<u32>, Vec<u32>) {
@@ -116,11 +30,6 @@ fn by_core(call: &Call) -> (Vec<u64>, Vec<u32>, Vec<u32>) {
     unwrap(output, &input, &settings, &BinnedBuilder, Scratch::new(&mut bytes), &Serial, &mut Silent).unwrap();
     let uv = uv.iter().flat_map(|uv| [uv.x.to_bits(), uv.y.to_bits()]).collect();
     (uv, chart, exposure.iter().map(|e: &f32| e.to_bits()).collect())
-}
-
-fn bits(call: &Call) -> (Vec<u64>, Vec<u32>, Vec<u32>) {
-    let uv = call.uv.iter().map(|x| x.to_bits()).collect();
-    (uv, call.chart.clone(), call.exposure.iter().map(|e| e.to_bits()).collect())
 }
 
 #[test]
@@ -154,11 +63,11 @@ fn tasks_may_run_on_any_thread_and_progress_may_stop_the_run() {
     let user = (&raw const count).cast_mut().cast();
     assert_eq!(call.run(), SEAMWRIGHT_OK);
     let serial = bits(&call);
-    call.host = SeamwrightHost { user, progress: None, run: Some(on_threads) };
+    call.host = SeamwrightHost { user, run: Some(on_threads), ..SeamwrightHost::INIT };
     assert_eq!(call.run(), SEAMWRIGHT_OK);
     assert_eq!(bits(&call), serial);
     assert!(count.swap(0, Ordering::Relaxed) > 0);
-    call.host = SeamwrightHost { user, progress: Some(stop_at_packing), run: None };
+    call.host = SeamwrightHost { user, progress: Some(stop_at_packing), ..SeamwrightHost::INIT };
     assert_eq!(call.run(), SEAMWRIGHT_CANCELLED);
     assert!(count.into_inner() > 2);
 }
@@ -178,10 +87,15 @@ fn scratch_that_is_too_small_says_what_to_try() {
     assert_eq!(bits(&call), by_core(&call));
 }
 
+/// A pointer that is aligned for nothing but bytes.
+fn odd<T>() -> *const T {
+    std::ptr::without_provenance(4095)
+}
+
 #[test]
 fn bad_input_has_a_code_and_a_place() {
     type Check = (&'static str, fn(&mut Call), i32, usize);
-    let checks: [Check; 18] = [
+    let checks: [Check; 25] = [
         ("no positions", |c| c.mesh.positions = null(), SEAMWRIGHT_NULL, 0),
         ("no corners", |c| c.mesh.corners = null(), SEAMWRIGHT_NULL, 0),
         ("odd positions", |c| c.mesh.positions = c.mesh.positions.wrapping_byte_add(4), SEAMWRIGHT_MISALIGNED, 0),
@@ -200,6 +114,13 @@ fn bad_input_has_a_code_and_a_place() {
         ("padding", |c| c.options.padding = 257, SEAMWRIGHT_BAD_SIZE, 0),
         ("effort", |c| c.options.effort = 1001, SEAMWRIGHT_BAD_EFFORT, 0),
         ("a choice", |c| c.options.packing = 2, SEAMWRIGHT_BAD_CHOICE, 0),
+        ("odd normals", |c| c.mesh.corner_normals = odd(), SEAMWRIGHT_MISALIGNED, 0),
+        ("odd weights", |c| c.mesh.edge_weights = odd(), SEAMWRIGHT_MISALIGNED, 0),
+        ("normals in outputs", |c| c.mesh.corner_normals = c.uv.as_ptr().cast(), SEAMWRIGHT_SHARED, 0),
+        ("marks in outputs", |c| c.mesh.edge_marks = c.scratch.as_ptr(), SEAMWRIGHT_SHARED, 0),
+        ("a mesh without size", |c| c.mesh.struct_size = 0, SEAMWRIGHT_BAD_STRUCT, size_of::<SeamwrightMesh>()),
+        ("options without", |c| c.options.struct_size = 0, SEAMWRIGHT_BAD_STRUCT, size_of::<SeamwrightOptions>()),
+        ("a host without", |c| c.host.struct_size = 0, SEAMWRIGHT_BAD_STRUCT, size_of::<SeamwrightHost>()),
     ];
     for (name, spoil, code, detail) in checks {
         let mut call = Call::cube();
@@ -209,8 +130,16 @@ fn bad_input_has_a_code_and_a_place() {
     let mut call = Call::cube();
     let atlas = SeamwrightAtlas { exposure: null_mut(), ..call.atlas() };
     assert_eq!(call.run_into(&atlas), SEAMWRIGHT_NULL);
+    let atlas = SeamwrightAtlas { struct_size: 0, ..call.atlas() };
+    assert_eq!(call.run_into(&atlas), SEAMWRIGHT_BAD_STRUCT);
+    let atlas = call.atlas();
+    call.report = SeamwrightReport { struct_size: 0, detail: 77, ..SeamwrightReport::INIT };
+    assert_eq!((call.run(), call.report.detail), (SEAMWRIGHT_BAD_STRUCT, 77));
+    call.report.struct_size = size_of::<SeamwrightReport>();
     unsafe {
-        assert_eq!(seamwright_defaults(null_mut()), SEAMWRIGHT_NULL);
+        let size = size_of::<SeamwrightOptions>();
+        assert_eq!(seamwright_defaults(null_mut(), size), SEAMWRIGHT_NULL);
+        assert_eq!(seamwright_defaults(&mut call.options, 0), SEAMWRIGHT_BAD_STRUCT);
         assert_eq!(seamwright_unwrap_scratch(null_mut(), &call.mesh, &call.options), SEAMWRIGHT_NULL);
         let (mesh, options) = (&raw const call.mesh, &raw const call.options);
         assert_eq!(seamwright_unwrap(&atlas, null_mut(), mesh, options, null(), null_mut(), 0), SEAMWRIGHT_NULL);
@@ -222,7 +151,7 @@ fn bad_input_has_a_code_and_a_place() {
 fn an_atlas_is_measured() {
     let mut call = Call::cube();
     assert_eq!(call.run(), SEAMWRIGHT_OK);
-    let (mut bytes, mut figures) = (0, SeamwrightFigures::default());
+    let (mut bytes, mut figures) = (0, SeamwrightFigures::INIT);
     let (uv, exposure) = (call.uv.as_ptr(), call.exposure.as_ptr());
     let mut measure = |mesh: &SeamwrightMesh, less: usize| unsafe {
         assert_eq!(seamwright_measure_scratch(&mut bytes, mesh, 256), SEAMWRIGHT_OK);
