@@ -6,6 +6,7 @@
 use super::bare::{Bare, check};
 use super::error::FormatError;
 use crate::mesh::polygons::Mesh;
+use crate::mesh::precision::{Decimals, of_floats};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -18,9 +19,11 @@ pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
     let declared = bytes.get(80..HEADER).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     let whole = declared.is_some_and(|n| n.checked_mul(TRIANGLE).is_some_and(|n| n == bytes.len() - HEADER));
     if !whole && bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
-        soup.read_text(bytes)?;
+        let decimals = soup.read_text(bytes)?;
+        soup.mesh.tolerance = decimals.tolerance(soup.mesh.largest_coordinate());
     } else {
         soup.read_binary(bytes, declared)?;
+        soup.mesh.tolerance = of_floats(soup.mesh.largest_coordinate());
     }
     check(&soup.mesh)?;
     Ok(Bare { mesh: soup.mesh, ..Bare::default() })
@@ -61,13 +64,15 @@ impl Soup {
         Ok(())
     }
 
-    fn read_text(&mut self, bytes: &[u8]) -> Result<(), FormatError> {
+    fn read_text(&mut self, bytes: &[u8]) -> Result<Decimals, FormatError> {
+        let mut decimals = Decimals::default();
         for (line, text) in (1..).zip(bytes.split(|b| *b == b'\n')) {
             let mut words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
             let keyword = words.next().unwrap_or_default();
             if keyword.eq_ignore_ascii_case(b"vertex") {
                 let mut next = || {
                     let word = words.next().unwrap_or_default();
+                    decimals.see(word);
                     let number = core::str::from_utf8(word).ok().and_then(|word| word.parse::<f64>().ok());
                     number.filter(|x| x.is_finite()).ok_or_else(|| {
                         let word = String::from_utf8_lossy(word).into_owned();
@@ -84,7 +89,7 @@ impl Soup {
             Some(end) if (*end as usize) < self.mesh.corners.len() => {
                 Err(FormatError::whole("ends inside of a loop; export it again"))
             }
-            _ => Ok(()),
+            _ => Ok(decimals),
         }
     }
 
@@ -134,7 +139,7 @@ mod tests {
     fn text_and_binary_give_the_same_mesh() {
         let triangles = [[0., 0., 0., 1., 0., 0., 0., 1., 0.], [-0., 0., 0., 0., 1., 0., 0., 0., 1.]];
         let text = read(TEXT.as_bytes()).unwrap().mesh;
-        assert_eq!(text.corners, [0, 1, 2, 0, 2, 3]);
+        assert_eq!((&text.corners[..], text.tolerance), (&[0, 1, 2, 0, 2, 3][..], 0.5f64.powi(24)));
         assert_eq!(read(&binary(b"solid by name", &triangles)).unwrap().mesh, text);
     }
 

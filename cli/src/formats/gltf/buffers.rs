@@ -2,6 +2,7 @@
 
 use super::document::{Accessor, Document};
 use crate::formats::error::FormatError;
+use crate::mesh::precision::of_floats;
 use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
@@ -39,6 +40,17 @@ impl<'a> Buffers<'a> {
             let text = "is missing, sparse, of another type, or does not fit its buffer; export it again";
             FormatError::whole(format!("accessor {index} {text}"))
         })
+    }
+
+    /// How far numbers of accessor `index` may be from what they stand for, the largest of which is `largest`: half a step of
+    /// whole numbers, half a last bit of floats.
+    pub fn precision(&self, index: usize, largest: f64) -> f64 {
+        let accessor = self.document.accessors.get(index);
+        match accessor.and_then(|a| Some((ComponentType::of(a.component_type)?, a.normalized))) {
+            None | Some((ComponentType::F32, _)) => of_floats(largest),
+            Some((kind, true)) => 0.5 / kind.largest(),
+            Some((_, false)) => 0.5,
+        }
     }
 
     fn items(&self, accessor: &Accessor, width: usize) -> Option<Vec<f64>> {

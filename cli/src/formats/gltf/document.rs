@@ -64,6 +64,8 @@ pub struct Primitive {
 pub struct Attributes {
     #[serde(rename = "POSITION")]
     pub position: Option<usize>,
+    #[serde(rename = "NORMAL")]
+    pub normal: Option<usize>,
     #[serde(rename = "TEXCOORD_0")]
     pub texture: Option<usize>,
     #[serde(rename = "COLOR_0")]

@@ -12,7 +12,7 @@ use crate::formats::bare::{Bare, check};
 use crate::formats::error::FormatError;
 use crate::formats::mark::Mark;
 use crate::mesh::polygons::{Mesh, NO_UV};
-use glam::{DMat4, DQuat, DVec2, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 use std::path::Path;
 
 /// Reads a glTF from its bytes; `folder` is where its buffers lie. O(bytes).
@@ -76,6 +76,13 @@ fn transform(node: &GltfNode) -> DMat4 {
     }
 }
 
+/// How far a coordinate moves at the most where those before `place` each move by 1. 0 for what is beyond numbers.
+fn stretch(place: DMat4) -> f64 {
+    let DMat3 { x_axis, y_axis, z_axis } = DMat3::from_mat4(place);
+    let most = (x_axis.abs() + y_axis.abs() + z_axis.abs()).max_element();
+    if most.is_finite() { most } else { 0.0 }
+}
+
 struct GltfBuild<'a> {
     document: &'a Document,
     buffers: Buffers<'a>,
@@ -88,8 +95,9 @@ impl GltfBuild<'_> {
     fn node(&mut self, node: &GltfNode, place: DMat4) -> Result<(), FormatError> {
         let Some(mesh) = node.mesh.and_then(|mesh| self.document.meshes.get(mesh)) else { return Ok(()) };
         for primitive in &mesh.primitives {
-            let Some(positions) = primitive.attributes.position else { continue };
-            let positions = self.buffers.values(positions, 3)?;
+            let Some(accessor) = primitive.attributes.position else { continue };
+            let positions = self.buffers.values(accessor, 3)?;
+            let normals = primitive.attributes.normal.map(|normals| self.buffers.values(normals, 3)).transpose()?;
             let uv = primitive.attributes.texture.map(|uv| self.buffers.values(uv, 2)).transpose()?;
             let indices: Vec<u32> = match primitive.indices {
                 Some(indices) => self.buffers.values(indices, 1)?.into_iter().map(|i| i as u32).collect(),
@@ -104,7 +112,10 @@ impl GltfBuild<'_> {
             if let Some(name) = material.and_then(|material| material.name.as_deref()) {
                 self.label("usemtl", name);
             }
-            self.add(&positions, uv.as_deref(), &triangles, place)?;
+            self.add(&positions, uv.as_deref(), normals.as_deref(), &triangles, place)?;
+            let largest = positions.iter().fold(0.0, |largest, x| f64::max(largest, x.abs()));
+            self.bare.mesh.tolerance =
+                self.bare.mesh.tolerance.max(stretch(place) * self.buffers.precision(accessor, largest));
             match primitive.attributes.colour {
                 Some(colour) => self.mark(colour, &triangles)?,
                 None => {
@@ -138,8 +149,9 @@ impl GltfBuild<'_> {
 
     fn add(
         &mut self,
-        positions: &[f64],  // (n, 3)
-        uv: Option<&[f64]>, // (n, 2)
+        positions: &[f64],       // (n, 3)
+        uv: Option<&[f64]>,      // (n, 2)
+        normals: Option<&[f64]>, // (n, 3)
         triangles: &[[u32; 3]],
         place: DMat4,
     ) -> Result<(), FormatError> {
@@ -150,12 +162,19 @@ impl GltfBuild<'_> {
         }
         mesh.positions.extend(positions.chunks_exact(3).map(|p| place.transform_point3(DVec3::new(p[0], p[1], p[2]))));
         let all_uv = mesh.corner_uv.get_or_insert_default();
+        let all_normals = mesh.corner_normals.get_or_insert_default();
+        // Cofactors, so that a node that flattens is no reason to divide by zero.
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = DMat3::from_mat4(place);
+        let turned = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * place.determinant().signum();
         let mirrored = place.determinant() < 0.0;
         for [a, b, c] in triangles {
             for vertex in if mirrored { [a, c, b] } else { [a, b, c] } {
                 // An index beyond its own primitive must not reach into the next one.
                 let inside = (*vertex as usize) < count;
                 mesh.corners.push(if inside { first as u32 + vertex } else { u32::MAX });
+                let at = 3 * *vertex as usize;
+                let normal = normals.and_then(|n| n.get(at..at + 3)).map(|n| turned * DVec3::new(n[0], n[1], n[2]));
+                all_normals.push(normal.map_or(Vec3::ZERO, |n| n.normalize_or_zero().as_vec3()));
                 let at = 2 * *vertex as usize;
                 // The origin is at the top left in glTF, at the bottom left in OBJ.
                 all_uv.push(uv.and_then(|uv| uv.get(at..at + 2)).map_or(NO_UV, |uv| DVec2::new(uv[0], 1.0 - uv[1])));
@@ -169,6 +188,9 @@ impl GltfBuild<'_> {
         check(&self.bare.mesh)?;
         if self.bare.mesh.corner_uv.as_ref().is_some_and(|uv| uv.iter().all(|uv| !uv.is_finite())) {
             self.bare.mesh.corner_uv = None;
+        }
+        if self.bare.mesh.corner_normals.as_ref().is_some_and(|normals| normals.iter().all(|n| *n == Vec3::ZERO)) {
+            self.bare.mesh.corner_normals = None;
         }
         if self.left_out > 0 {
             self.bare.warnings.push(format!("{} primitives of points or lines are left out", self.left_out));
@@ -231,6 +253,9 @@ mod tests {
         assert_eq!(bare.mesh.corners, [0, 2, 1, 2, 3, 1]);
         assert_eq!(bare.mesh.corner_uv.unwrap()[..2], [DVec2::new(0.0, 1.0), DVec2::new(0.0, 0.0)]);
         assert_eq!(bare.labels, [(0, "o quad".into()), (0, "usemtl red hot".into())]);
+        assert_eq!(bare.mesh.corner_normals, None);
+        // Half a last bit of 1, twice as large by the node's scale.
+        assert_eq!(bare.mesh.tolerance, 0.5f64.powi(23));
     }
 
     #[test]

@@ -65,6 +65,7 @@ mod tests {
             corners: vec![0, 1, 3, 2],
             polygon_start: vec![0, 4],
             corner_uv: Some(vec![DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y]),
+            ..Mesh::default()
         };
         let mut out = Vec::new();
         compose(&mut out, &mesh, &[(0, "o a".into())], mesh.corner_uv.as_deref().unwrap(), None).unwrap();

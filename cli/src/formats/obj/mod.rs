@@ -2,7 +2,7 @@
 //!
 //! - [`mod@file`]: the file's bytes, its mesh, and the places that a new atlas changes
 //! - [`statement`], `field`: lines, continuations and words of a file's bytes
-//! - [`read`], [`problem`]: bytes to file
+//! - [`read`], [`problem`], `smoothing`: bytes to file
 //! - [`mod@write`]: the same bytes with new `vt` lines and face corners
 //! - [`compose`]: an OBJ from scratch, for meshes that came in another format
 
@@ -11,5 +11,6 @@ mod field;
 pub mod file;
 pub mod problem;
 pub mod read;
+mod smoothing;
 pub mod statement;
 pub mod write;

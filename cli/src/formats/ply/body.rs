@@ -1,6 +1,7 @@
 //! The values behind a PLY's header, one after another.
 
-use super::header::{Encoding, PlyHeader, Property, ScalarType};
+use super::header::{Element, Encoding, PlyHeader, Property, ScalarType};
+use crate::mesh::precision::Decimals;
 
 /// Reads values one after another.
 pub(super) struct Body<'a> {
@@ -8,6 +9,7 @@ pub(super) struct Body<'a> {
     at: usize,
     line: usize,
     encoding: Encoding,
+    decimals: Decimals,
 }
 
 /// Why there is no value.
@@ -22,15 +24,25 @@ impl<'a> Body<'a> {
     /// A cursor on what follows `header` in the file's bytes.
     pub fn new(bytes: &'a [u8], header: &PlyHeader) -> Self {
         let (at, line) = header.end;
-        Self { bytes, at, line, encoding: header.encoding }
+        Self { bytes, at, line, encoding: header.encoding, decimals: Decimals::default() }
     }
 
-    /// Reads the next value, or list of values, into `into`.
-    pub fn property(&mut self, property: &Property, into: &mut Vec<f64>) -> Result<(), Short> {
+    /// The most decimals of the coordinates that were read; `None` where they are no text.
+    pub fn decimals(&self) -> Option<Decimals> {
+        (self.encoding == Encoding::Text).then_some(self.decimals)
+    }
+
+    /// Reads the next value, or list of values, of an item of `element` into `into`.
+    pub fn property(&mut self, element: &Element, property: &Property, into: &mut Vec<f64>) -> Result<(), Short> {
         into.clear();
+        let start = self.at;
         let count = property.list.map_or(Ok(1.0), |kind| self.number(kind))?;
         for _ in 0..count.max(0.0) as u64 {
             into.push(self.number(property.kind)?);
+        }
+        if self.encoding == Encoding::Text && element.name == "vertex" && matches!(&property.name[..], "x" | "y" | "z")
+        {
+            self.decimals.see(self.bytes[start..self.at].trim_ascii());
         }
         Ok(())
     }

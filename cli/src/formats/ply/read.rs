@@ -1,6 +1,6 @@
 //! PLY, text and binary of both byte orders, from its bytes.
 //!
-//! Read: `vertex` (x, y, z; u and v under their usual names), `face` (`vertex_indices` or `vertex_index`; `texcoord`, two
+//! Read: `vertex` (x, y, z; nx, ny, nz; u and v under their usual names), `face` (`vertex_indices` or `vertex_index`; `texcoord`, two
 //! numbers a corner), labels (`label`, `part` or `segment` of a face) or colours of faces or vertices, and `tristrips`.
 //! Every other element and property is read past. Faces of fewer than three corners are dropped with a warning. Guarantee: no panic, and no more memory than the file's size calls for.
 
@@ -10,7 +10,8 @@ use crate::formats::bare::{Bare, check};
 use crate::formats::error::FormatError;
 use crate::formats::mark::Mark;
 use crate::mesh::polygons::{Mesh, NO_UV};
-use glam::{DVec2, DVec3};
+use crate::mesh::precision;
+use glam::{DVec2, DVec3, Vec3};
 
 /// Reads a PLY. O(bytes).
 pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
@@ -24,7 +25,7 @@ pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
         let mut values = vec![Vec::new(); element.properties.len()];
         for i in 0..element.count {
             for (property, into) in element.properties.iter().zip(&mut values) {
-                body.property(property, into).map_err(|error| match error {
+                body.property(element, property, into).map_err(|error| match error {
                     Short::Word(line, word) => {
                         FormatError { line, problem: format!("'{word}' is not a number; correct the {}", element.name) }
                     }
@@ -37,13 +38,14 @@ pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
             build.element(element, &values)?;
         }
     }
-    build.finish()
+    build.finish(&body)
 }
 
 #[derive(Default)]
 struct PlyBuild {
     mesh: Mesh,
     vertex_uv: Vec<DVec2>,
+    vertex_normal: Vec<Vec3>, // (n) or (0)
     corner_uv: Vec<DVec2>,
     small_faces: usize,
     vertex_marks: Vec<Mark>, // (n) or fewer
@@ -64,6 +66,9 @@ impl PlyBuild {
                     return Err(FormatError::whole("the vertices lack x, y or z; export the mesh again"));
                 };
                 self.mesh.positions.push(DVec3::new(x, y, z));
+                if let [Some(x), Some(y), Some(z)] = ["nx", "ny", "nz"].map(|name| scalar(&[name])) {
+                    self.vertex_normal.push(Vec3::new(x as f32, y as f32, z as f32));
+                }
                 let u = scalar(&["u", "s", "texture_u"]);
                 let v = scalar(&["v", "t", "texture_v"]);
                 self.vertex_uv.push(u.zip(v).map_or(NO_UV, |(u, v)| DVec2::new(u, v)));
@@ -115,7 +120,7 @@ impl PlyBuild {
         }
     }
 
-    fn finish(mut self) -> Result<Bare, FormatError> {
+    fn finish(mut self, body: &Body) -> Result<Bare, FormatError> {
         if self.mesh.corners.len() >= u32::MAX as usize || self.mesh.positions.len() >= u32::MAX as usize {
             return Err(FormatError::whole("more vertices or corners than 32-bit indices can name; split the mesh"));
         }
@@ -129,6 +134,14 @@ impl PlyBuild {
         if self.corner_uv.iter().any(|uv| uv.is_finite()) {
             self.mesh.corner_uv = Some(self.corner_uv);
         }
+        if self.vertex_normal.len() == self.mesh.positions.len() && !self.vertex_normal.is_empty() {
+            let normals = self.mesh.corners.iter().map(|v| self.vertex_normal[*v as usize]);
+            self.mesh.corner_normals = Some(normals.collect());
+        }
+        self.mesh.tolerance = match body.decimals() {
+            Some(decimals) => decimals.tolerance(self.mesh.largest_coordinate()),
+            None => precision::of_doubles(self.mesh.positions.iter().flat_map(|p| p.to_array())),
+        };
         let small = self.small_faces;
         let warning = (small > 0).then(|| format!("{small} faces have fewer than three corners and are left out"));
         Ok(Bare { mesh: self.mesh, marks, warnings: warning.into_iter().collect(), ..Bare::default() })
@@ -226,6 +239,22 @@ mod tests {
         assert_eq!((&text.mesh.corners[..], text.warnings.len()), (&[0, 1, 2, 3][..], 1));
         assert_eq!(read(&binary(false)).unwrap().mesh, text.mesh);
         assert_eq!(read(&binary(true)).unwrap().mesh, text.mesh);
+    }
+
+    #[test]
+    fn normals_and_the_last_digit_of_coordinates_are_read() {
+        let file = |x: &str| {
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                 property float nx\nproperty float ny\nproperty float nz\nproperty float quality\nelement face 1\n\
+                 property list uchar int vertex_indices\nend_header\n{x} 0 0 1 0 0 .12345\n1 0 0 0 1 0 9\n0 1 0 0 0 1 9\n\
+                 3 2 0 1"
+            );
+            read(text.as_bytes()).unwrap().mesh
+        };
+        assert_eq!(file("0.25").corner_normals.unwrap(), [Vec3::Z, Vec3::X, Vec3::Y]);
+        assert_eq!(file("0.25").tolerance, 0.005);
+        assert_eq!(file("0").tolerance, 0.5f64.powi(24));
     }
 
     #[test]
