@@ -1,8 +1,8 @@
 //! A mesh from a file, by the file's ending.
 
-use super::bare::Bare;
 use super::error::FormatError;
 use super::groups::Groups;
+use super::model::Model;
 use super::obj::{compose::compose, file::ObjFile, read::read, write::write};
 use super::{gltf::read as gltf, ply::read as ply, stl};
 use crate::base::failure::Failure;
@@ -25,21 +25,21 @@ enum Content {
     /// Written back as it was, with other UVs.
     Obj(ObjFile),
     /// Written as an OBJ of its own.
-    Bare(Bare),
+    Other(Model),
 }
 
 /// Reads the mesh at `path`.
 pub fn load(path: &Path) -> Result<Loaded, Failure> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let bytes = || std::fs::read(path).map_err(|e| Failure::input(path, &e));
-    let bare = |result: Result<Bare, FormatError>| {
-        result.map(Content::Bare).map_err(|e| input_error(path, e.line, &e.problem))
+    let other = |result: Result<Model, FormatError>| {
+        result.map(Content::Other).map_err(|e| input_error(path, e.line, &e.problem))
     };
     let content = match ending.as_str() {
         "obj" => Content::Obj(from_obj(path, bytes()?)?),
-        "ply" => bare(ply::read(&bytes()?))?,
-        "stl" => bare(stl::read(&bytes()?))?,
-        "glb" | "gltf" => bare(gltf::read(&bytes()?, path.parent().unwrap_or(Path::new(""))))?,
+        "ply" => other(ply::read(&bytes()?))?,
+        "stl" => other(stl::read(&bytes()?))?,
+        "glb" | "gltf" => other(gltf::read(&bytes()?, path.parent().unwrap_or(Path::new(""))))?,
         _ => {
             let problem =
                 if ending.is_empty() { "no file ending".into() } else { format!("unknown file ending .{ending}") };
@@ -70,7 +70,7 @@ impl Loaded {
     pub fn mesh(&self) -> &Mesh {
         match &self.content {
             Content::Obj(file) => &file.mesh,
-            Content::Bare(bare) => &bare.mesh,
+            Content::Other(model) => &model.mesh,
         }
     }
 
@@ -83,7 +83,7 @@ impl Loaded {
     pub fn warnings(&self) -> &[String] {
         match &self.content {
             Content::Obj(file) => &file.warnings,
-            Content::Bare(bare) => &bare.warnings,
+            Content::Other(model) => &model.warnings,
         }
     }
 
@@ -91,7 +91,7 @@ impl Loaded {
     pub fn write_obj(&self, out: &mut dyn Write, corner_uv: &[DVec2], groups: Option<&Groups>) -> io::Result<()> {
         match &self.content {
             Content::Obj(file) => write(out, file, corner_uv, groups),
-            Content::Bare(bare) => compose(out, &bare.mesh, &bare.labels, corner_uv, groups),
+            Content::Other(model) => compose(out, model, corner_uv, groups),
         }
     }
 

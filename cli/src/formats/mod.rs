@@ -3,15 +3,15 @@
 //! - [`loaded`]: a mesh from a file by its ending, and back to an OBJ
 //! - [`obj`], [`ply`], [`stl`], [`gltf`]: the formats of meshes
 //! - [`labels`]: files that tell the parts of a mesh apart
-//! - [`bare`], [`mark`], [`groups`], [`error`]: what they have in common
+//! - [`model`], [`mark`], [`groups`], [`error`]: what they have in common
 
-pub mod bare;
 pub mod error;
 pub mod gltf;
 pub mod groups;
 pub mod labels;
 pub mod loaded;
 pub mod mark;
+pub mod model;
 pub mod obj;
 pub mod ply;
 pub mod stl;

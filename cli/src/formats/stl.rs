@@ -3,8 +3,8 @@
 //! An STL has no shared vertices, so corners at bit-equal positions become one vertex, in the order of their first use.
 //! A binary file whose header begins with `solid` is known by its length.
 
-use super::bare::{Bare, check};
 use super::error::FormatError;
+use super::model::Model;
 use crate::mesh::polygons::Mesh;
 use crate::mesh::precision::{Decimals, of_floats};
 use glam::DVec3;
@@ -14,7 +14,7 @@ const HEADER: usize = 84; // 80 bytes of anything, then the number of triangles
 const TRIANGLE: usize = 50; // normal, three points, two bytes of anything
 
 /// Reads an STL. O(bytes).
-pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
+pub fn read(bytes: &[u8]) -> Result<Model, FormatError> {
     let mut soup = Soup::default();
     let declared = bytes.get(80..HEADER).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     let whole = declared.is_some_and(|n| n.checked_mul(TRIANGLE).is_some_and(|n| n == bytes.len() - HEADER));
@@ -25,8 +25,7 @@ pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
         soup.read_binary(bytes, declared)?;
         soup.mesh.tolerance = of_floats(soup.mesh.largest_coordinate());
     }
-    check(&soup.mesh)?;
-    Ok(Bare { mesh: soup.mesh, ..Bare::default() })
+    Model::of(soup.mesh).checked()
 }
 
 /// Polygons by their points.

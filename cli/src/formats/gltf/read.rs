@@ -8,23 +8,38 @@
 
 use super::buffers::Buffers;
 use super::document::{self, Document, GltfNode};
-use crate::formats::bare::{Bare, check};
 use crate::formats::error::FormatError;
 use crate::formats::mark::Mark;
+use crate::formats::model::{self, Model, Piece};
 use crate::mesh::polygons::{Mesh, NO_UV};
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 use std::path::Path;
 
 /// Reads a glTF from its bytes; `folder` is where its buffers lie. O(bytes).
-pub fn read(bytes: &[u8], folder: &Path) -> Result<Bare, FormatError> {
+pub fn read(bytes: &[u8], folder: &Path) -> Result<Model, FormatError> {
     let (document, binary) = document::read(bytes)?;
     let buffers = Buffers::load(&document, binary, folder)?;
-    let bare = Bare { mesh: Mesh::new(), ..Bare::default() };
-    let mut build = GltfBuild { document: &document, buffers, bare, marks: Vec::new(), left_out: 0 };
+    let model = Model { materials: materials(&document), ..Model::of(Mesh::new()) };
+    let mut build = GltfBuild { document: &document, buffers, model, marks: Vec::new(), left_out: 0 };
     for (node, place) in placed_nodes(&document) {
         build.node(node, place)?;
     }
     build.finish()
+}
+
+/// The materials that pieces name by their numbers.
+fn materials(document: &Document) -> Vec<model::Material> {
+    let material = |material: &document::Material| model::Material {
+        name: material.name.as_deref().map(plain).unwrap_or_default(),
+        colour: material.pbr_metallic_roughness.as_ref().and_then(|look| look.base_color_factor),
+        texture: None,
+    };
+    document.materials.iter().map(material).collect()
+}
+
+/// A name without line ends.
+fn plain(name: &str) -> String {
+    name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 /// Each node of the scene once, parents first, with its place in the world. A node that is its own ancestor ends there.
@@ -86,7 +101,7 @@ fn stretch(place: DMat4) -> f64 {
 struct GltfBuild<'a> {
     document: &'a Document,
     buffers: Buffers<'a>,
-    bare: Bare,
+    model: Model,
     marks: Vec<Mark>, // of polygons; fewer where some primitive has no colour
     left_out: usize,
 }
@@ -107,21 +122,23 @@ impl GltfBuild<'_> {
                 self.left_out += 1;
                 continue;
             };
-            self.label("o", node.name.as_deref().or(mesh.name.as_deref()).unwrap_or("mesh"));
-            let material = primitive.material.and_then(|m| self.document.materials.get(m));
-            if let Some(name) = material.and_then(|material| material.name.as_deref()) {
-                self.label("usemtl", name);
-            }
+            let material = primitive.material.filter(|m| *m < self.model.materials.len());
+            self.model.pieces.push(Piece {
+                first: self.model.mesh.polygon_count(),
+                name: plain(node.name.as_deref().or(mesh.name.as_deref()).unwrap_or("mesh")),
+                mesh: node.mesh.unwrap_or(0) as u32,
+                primitive: self.model.pieces.len() as u32,
+                material: material.map(|m| m as u32),
+            });
             self.add(&positions, uv.as_deref(), normals.as_deref(), &triangles, place)?;
             let largest = positions.iter().fold(0.0, |largest, x| f64::max(largest, x.abs()));
-            self.bare.mesh.tolerance =
-                self.bare.mesh.tolerance.max(stretch(place) * self.buffers.precision(accessor, largest));
+            self.model.mesh.tolerance =
+                self.model.mesh.tolerance.max(stretch(place) * self.buffers.precision(accessor, largest));
             match primitive.attributes.colour {
                 Some(colour) => self.mark(colour, &triangles)?,
                 None => {
-                    let look = material.and_then(|material| material.pbr_metallic_roughness.as_ref());
-                    let colour =
-                        look.and_then(|look| look.base_color_factor).map(|[r, g, b, _]| Mark::colour([r, g, b]));
+                    let colour = material.and_then(|m| self.model.materials[m].colour);
+                    let colour = colour.map(|[r, g, b, _]| Mark::colour([r, g, b]));
                     self.marks.extend(colour.into_iter().flat_map(|mark| triangles.iter().map(move |_| mark)));
                 }
             }
@@ -141,12 +158,6 @@ impl GltfBuild<'_> {
         Ok(())
     }
 
-    /// A line of the OBJ before the next polygon.
-    fn label(&mut self, keyword: &str, name: &str) {
-        let name: String = name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-        self.bare.labels.push((self.bare.mesh.polygon_count(), format!("{keyword} {name}")));
-    }
-
     fn add(
         &mut self,
         positions: &[f64],       // (n, 3)
@@ -155,7 +166,7 @@ impl GltfBuild<'_> {
         triangles: &[[u32; 3]],
         place: DMat4,
     ) -> Result<(), FormatError> {
-        let mesh = &mut self.bare.mesh;
+        let mesh = &mut self.model.mesh;
         let (first, count) = (mesh.positions.len(), positions.len() / 3);
         if first + count >= u32::MAX as usize || mesh.corners.len() + 3 * triangles.len() >= u32::MAX as usize {
             return Err(FormatError::whole("more vertices or corners than 32-bit indices can name; split the mesh"));
@@ -184,20 +195,20 @@ impl GltfBuild<'_> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Bare, FormatError> {
-        check(&self.bare.mesh)?;
-        if self.bare.mesh.corner_uv.as_ref().is_some_and(|uv| uv.iter().all(|uv| !uv.is_finite())) {
-            self.bare.mesh.corner_uv = None;
+    fn finish(mut self) -> Result<Model, FormatError> {
+        self.model = self.model.checked()?;
+        if self.model.mesh.corner_uv.as_ref().is_some_and(|uv| uv.iter().all(|uv| !uv.is_finite())) {
+            self.model.mesh.corner_uv = None;
         }
-        if self.bare.mesh.corner_normals.as_ref().is_some_and(|normals| normals.iter().all(|n| *n == Vec3::ZERO)) {
-            self.bare.mesh.corner_normals = None;
+        if self.model.mesh.corner_normals.as_ref().is_some_and(|normals| normals.iter().all(|n| *n == Vec3::ZERO)) {
+            self.model.mesh.corner_normals = None;
         }
         if self.left_out > 0 {
-            self.bare.warnings.push(format!("{} primitives of points or lines are left out", self.left_out));
+            self.model.warnings.push(format!("{} primitives of points or lines are left out", self.left_out));
         }
-        let count = self.bare.mesh.polygon_count();
-        self.bare.marks = Some(self.marks).filter(|marks| count > 0 && marks.len() == count);
-        Ok(self.bare)
+        let count = self.model.mesh.polygon_count();
+        self.model.marks = Some(self.marks).filter(|marks| count > 0 && marks.len() == count);
+        Ok(self.model)
     }
 }
 
@@ -248,14 +259,14 @@ mod tests {
 
     #[test]
     fn a_strip_under_a_mirrored_node_keeps_its_outside() {
-        let bare = read(&glb(), Path::new("")).unwrap();
-        assert_eq!(bare.mesh.positions[1], DVec3::new(-4.0, 0.0, 0.0));
-        assert_eq!(bare.mesh.corners, [0, 2, 1, 2, 3, 1]);
-        assert_eq!(bare.mesh.corner_uv.unwrap()[..2], [DVec2::new(0.0, 1.0), DVec2::new(0.0, 0.0)]);
-        assert_eq!(bare.labels, [(0, "o quad".into()), (0, "usemtl red hot".into())]);
-        assert_eq!(bare.mesh.corner_normals, None);
+        let model = read(&glb(), Path::new("")).unwrap();
+        assert_eq!(model.mesh.positions[1], DVec3::new(-4.0, 0.0, 0.0));
+        assert_eq!(model.mesh.corners, [0, 2, 1, 2, 3, 1]);
+        assert_eq!(model.mesh.corner_uv.unwrap()[..2], [DVec2::new(0.0, 1.0), DVec2::new(0.0, 0.0)]);
+        assert_eq!((&model.pieces[0].name[..], &model.materials[0].name[..]), ("quad", "red hot"));
+        assert_eq!(model.mesh.corner_normals, None);
         // Half a last bit of 1, twice as large by the node's scale.
-        assert_eq!(bare.mesh.tolerance, 0.5f64.powi(23));
+        assert_eq!(model.mesh.tolerance, 0.5f64.powi(23));
     }
 
     #[test]

@@ -4,21 +4,16 @@
 
 use super::write::{UvTable, write_corner};
 use crate::formats::groups::Groups;
-use crate::mesh::polygons::Mesh;
+use crate::formats::model::Model;
 use glam::DVec2;
 use std::io::{self, Write};
 
-/// Writes vertices, UVs and polygons; each of `labels` is a line before its polygon, in order, and `groups` stand after
-/// them. A UV that is not finite is left out of its corner.
+/// Writes vertices, UVs and polygons, with the object and material of each piece before it and `groups` after these. A UV
+/// that is not finite is left out of its corner.
 ///
 /// Panics unless `corner_uv` has one entry for each corner.
-pub fn compose(
-    out: &mut dyn Write,
-    mesh: &Mesh,
-    labels: &[(usize, String)],
-    corner_uv: &[DVec2],
-    groups: Option<&Groups>,
-) -> io::Result<()> {
+pub fn compose(out: &mut dyn Write, model: &Model, corner_uv: &[DVec2], groups: Option<&Groups>) -> io::Result<()> {
+    let mesh = &model.mesh;
     assert_eq!(corner_uv.len(), mesh.corners.len(), "one UV a corner");
     for p in &mesh.positions {
         out.write_all(b"v")?;
@@ -27,11 +22,15 @@ pub fn compose(
     }
     let table = UvTable::new(corner_uv);
     table.write_lines(out, b"\n")?;
-    let mut labels = labels.iter().peekable();
+    let mut pieces = model.pieces.iter().peekable();
     for (p, polygon) in mesh.polygons().enumerate() {
         let mut changed = false;
-        while let Some((_, text)) = labels.next_if(|(place, _)| *place <= p) {
-            writeln!(out, "{text}")?;
+        while let Some(piece) = pieces.next_if(|piece| piece.first <= p) {
+            writeln!(out, "o {}", piece.name)?;
+            let material = piece.material.map(|m| &model.materials[m as usize].name);
+            if let Some(name) = material.filter(|name| !name.is_empty()) {
+                writeln!(out, "usemtl {name}")?;
+            }
             changed = true;
         }
         if let Some(name) = groups.and_then(|groups| groups.name(p, changed)) {
@@ -56,6 +55,8 @@ fn write_coordinate(out: &mut dyn Write, x: f64) -> io::Result<()> {
 mod tests {
     use super::super::read::read;
     use super::*;
+    use crate::formats::model::Piece;
+    use crate::mesh::polygons::Mesh;
     use glam::DVec3;
 
     #[test]
@@ -68,7 +69,9 @@ mod tests {
             ..Mesh::default()
         };
         let mut out = Vec::new();
-        compose(&mut out, &mesh, &[(0, "o a".into())], mesh.corner_uv.as_deref().unwrap(), None).unwrap();
+        let uv = mesh.corner_uv.clone().unwrap();
+        let pieces = vec![Piece { name: "a".into(), ..Piece::default() }];
+        compose(&mut out, &Model { pieces, ..Model::of(mesh.clone()) }, &uv, None).unwrap();
         let back = read(out).unwrap().mesh;
         assert_eq!(back.positions[0].x as f32, 0.1);
         assert_eq!(back.positions[0].y, 0.1);

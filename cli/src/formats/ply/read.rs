@@ -6,15 +6,15 @@
 
 use super::body::{Body, Short};
 use super::header::{Element, PlyHeader, ScalarType};
-use crate::formats::bare::{Bare, check};
 use crate::formats::error::FormatError;
 use crate::formats::mark::Mark;
+use crate::formats::model::Model;
 use crate::mesh::polygons::{Mesh, NO_UV};
 use crate::mesh::precision;
 use glam::{DVec2, DVec3, Vec3};
 
 /// Reads a PLY. O(bytes).
-pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
+pub fn read(bytes: &[u8]) -> Result<Model, FormatError> {
     let header = PlyHeader::read(bytes)?;
     let mut body = Body::new(bytes, &header);
     let mut build = PlyBuild { mesh: Mesh::new(), ..PlyBuild::default() };
@@ -120,11 +120,11 @@ impl PlyBuild {
         }
     }
 
-    fn finish(mut self, body: &Body) -> Result<Bare, FormatError> {
+    fn finish(mut self, body: &Body) -> Result<Model, FormatError> {
         if self.mesh.corners.len() >= u32::MAX as usize || self.mesh.positions.len() >= u32::MAX as usize {
             return Err(FormatError::whole("more vertices or corners than 32-bit indices can name; split the mesh"));
         }
-        check(&self.mesh)?;
+        self.mesh = Model::of(self.mesh).checked()?.mesh;
         let marks = self.marks();
         for (uv, vertex) in self.corner_uv.iter_mut().zip(&self.mesh.corners) {
             if !uv.is_finite() {
@@ -144,7 +144,7 @@ impl PlyBuild {
         };
         let small = self.small_faces;
         let warning = (small > 0).then(|| format!("{small} faces have fewer than three corners and are left out"));
-        Ok(Bare { mesh: self.mesh, marks, warnings: warning.into_iter().collect(), ..Bare::default() })
+        Ok(Model { marks, warnings: warning.into_iter().collect(), ..Model::of(self.mesh) })
     }
 
     /// A mark of each polygon: its own, or that of most of its corners.
