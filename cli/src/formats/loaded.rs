@@ -66,12 +66,17 @@ fn input_error(path: &Path, line: usize, problem: &dyn core::fmt::Display) -> Fa
 }
 
 impl Loaded {
+    /// The mesh and what its file says of it.
+    pub fn model(&self) -> &Model {
+        match &self.content {
+            Content::Obj(file) => &file.model,
+            Content::Other(model) => model,
+        }
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
-        match &self.content {
-            Content::Obj(file) => &file.mesh,
-            Content::Other(model) => &model.mesh,
-        }
+        &self.model().mesh
     }
 
     /// The file's name without its folder, for people.
@@ -81,10 +86,7 @@ impl Loaded {
 
     /// What was odd in the file.
     pub fn warnings(&self) -> &[String] {
-        match &self.content {
-            Content::Obj(file) => &file.warnings,
-            Content::Other(model) => &model.warnings,
-        }
+        &self.model().warnings
     }
 
     /// Writes the mesh as OBJ with one UV a corner, and `groups` if any: the user's own file where it was one.

@@ -72,7 +72,7 @@ mod tests {
         let uv = mesh.corner_uv.clone().unwrap();
         let pieces = vec![Piece { name: "a".into(), ..Piece::default() }];
         compose(&mut out, &Model { pieces, ..Model::of(mesh.clone()) }, &uv, None).unwrap();
-        let back = read(out).unwrap().mesh;
+        let back = read(out).unwrap().model.mesh;
         assert_eq!(back.positions[0].x as f32, 0.1);
         assert_eq!(back.positions[0].y, 0.1);
         assert_eq!(

@@ -2,13 +2,14 @@
 //!
 //! - [`mod@file`]: the file's bytes, its mesh, and the places that a new atlas changes
 //! - [`statement`], `field`: lines, continuations and words of a file's bytes
-//! - [`read`], [`problem`], `smoothing`: bytes to file
+//! - [`read`], [`problem`], `smoothing`, `pieces`: bytes to file
 //! - [`mod@write`]: the same bytes with new `vt` lines and face corners
 //! - [`compose`]: an OBJ from scratch, for meshes that came in another format
 
 pub mod compose;
 mod field;
 pub mod file;
+mod pieces;
 pub mod problem;
 pub mod read;
 mod smoothing;

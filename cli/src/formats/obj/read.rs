@@ -1,15 +1,17 @@
 //! From an OBJ file's bytes to a mesh, remembering where a new atlas changes them.
 //!
-//! Read: `v` (three coordinates; a weight and colours are left to the text), `vt`, `vn`, `s` and `f` (or its old name
-//! `fo`). Everything else stays text. Indices may be negative and may name what comes later in the file.
+//! Read: `v` (three coordinates; a weight and colours are left to the text), `vt`, `vn`, `s`, `o`, `g`, `usemtl` and `f` (or
+//! its old name `fo`). Everything else stays text. Indices may be negative and may name what comes later in the file.
 //! Guarantee: no panic for any bytes; memory is the file plus about 40 bytes a corner, 90 with normals and smoothing groups.
 //! Limits: `call` is not followed, free-form surfaces are kept but get no UV, and UTF-16 is refused.
 
 use super::field::{coordinate, corner, names_texture, normal, shown, texture};
 use super::file::{Edit, EditKind, ObjFile};
+use super::pieces::Pieces;
 use super::problem::{ObjError, Problem};
 use super::smoothing::{UNSAID, breaks, group};
 use super::statement::{Statement, Statements, Words};
+use crate::formats::model::Model;
 use crate::mesh::polygons::{Mesh, NO_UV};
 use crate::mesh::precision::Decimals;
 use glam::{DVec2, DVec3, Vec3};
@@ -41,6 +43,7 @@ struct Reader {
     polygon_end: Vec<u32>,
     polygon_group: Vec<u32>, // of smoothing; shorter where the file has no `s` before its end
     group: Option<u32>,      // that the last `s` line began
+    pieces: Pieces,
     edits: Vec<Edit>,
     decimals: Decimals,
     odd: Oddities,
@@ -63,6 +66,10 @@ impl Reader {
             b"vt" => {
                 self.edits.push(Edit { start: at.start, end: at.next, kind: EditKind::Texture });
                 self.textures.push(texture(words));
+                Ok(())
+            }
+            b"o" | b"g" | b"usemtl" => {
+                self.pieces.statement(keyword, words.rest(), self.polygon_end.len());
                 Ok(())
             }
             b"f" | b"fo" if words_left(text) > 3 => self.face(words, at),
@@ -184,7 +191,9 @@ impl Reader {
         let mut mesh =
             Mesh { positions, corners, polygon_start, corner_uv, corner_normals, edge_marks, tolerance: 0.0 };
         mesh.tolerance = self.decimals.tolerance(mesh.largest_coordinate());
-        ObjFile { source, mesh, corner_normal: self.corner_normal, edits: self.edits, warnings }
+        let (pieces, materials) = self.pieces.finish(mesh.polygon_count());
+        let model = Model { pieces, materials, warnings, ..Model::of(mesh) };
+        ObjFile { source, model, corner_normal: self.corner_normal, edits: self.edits }
     }
 
     /// The file's own UVs, or `None` where no corner has one.
@@ -271,7 +280,7 @@ mod tests {
     use super::*;
 
     fn mesh(text: &str) -> Mesh {
-        read(text.as_bytes().to_vec()).unwrap().mesh
+        read(text.as_bytes().to_vec()).unwrap().model.mesh
     }
 
     fn error(text: &str) -> (usize, Problem) {
@@ -302,7 +311,7 @@ mod tests {
         let f =
             read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt .5\nvt .25 .75 0\nvn 0 0 1\nf 1/1/1 2/-1 3//-1\nf 1/ 2// 3".to_vec());
         let f = f.unwrap();
-        let uv = f.mesh.corner_uv.unwrap();
+        let uv = f.model.mesh.corner_uv.unwrap();
         assert_eq!(uv[..2], [DVec2::new(0.5, 0.0), DVec2::new(0.25, 0.75)]);
         assert!(uv[2..].iter().all(|uv| uv.is_nan()));
         assert_eq!(f.corner_normal, [1, 0, 1, 0, 0, 0]);
@@ -331,9 +340,9 @@ mod tests {
     #[test]
     fn dangling_vt_and_vn_are_warnings_not_errors() {
         let f = read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2/0/2 3/-7/0".to_vec()).unwrap();
-        assert_eq!(f.mesh.corner_uv, None);
+        assert_eq!(f.model.mesh.corner_uv, None);
         assert!(f.corner_normal.is_empty());
-        assert_eq!(f.warnings.len(), 2);
+        assert_eq!(f.model.warnings.len(), 2);
     }
 
     #[test]
@@ -353,8 +362,8 @@ mod tests {
     #[test]
     fn faces_of_two_corners_and_lines_are_no_polygons() {
         let f = read(b"v 0 0 0\nv 1 0 0\nf 1 2\nf\nl 1 2\nl 1/1 2/1\np 1".to_vec()).unwrap();
-        assert_eq!(f.mesh.polygon_count(), 0);
+        assert_eq!(f.model.mesh.polygon_count(), 0);
         assert_eq!(f.edits.len(), 1);
-        assert_eq!(f.warnings.len(), 2);
+        assert_eq!(f.model.warnings.len(), 2);
     }
 }
