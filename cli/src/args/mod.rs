@@ -15,3 +15,4 @@ pub mod run;
 pub mod segment;
 pub mod settings;
 pub mod unwrap;
+pub mod writing;

@@ -4,7 +4,9 @@ use crate::args::demo::DemoArgs;
 use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
+use crate::formats::format::Format;
 use crate::formats::loaded::load_obj;
+use crate::formats::target::Target;
 use crate::jobs::job::{Job, PartsSource};
 use seamwright_core::pipeline::Settings;
 use std::fs;
@@ -19,7 +21,7 @@ pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|e| Failure::output("-o", folder, &e))?;
     let (name, bytes) = FIXTURE;
     let job = Job {
-        output: folder.join(name).with_extension("obj"),
+        target: Target::new(&folder.join(name).with_extension("obj"), Format::Obj),
         sheet: Some(folder.join(name).with_extension("png")),
         json: Some(folder.join(name).with_extension("json")),
         save_map: None,

@@ -1,9 +1,10 @@
 //! A whole job: from the loaded mesh to the outputs in their places.
 //!
 //! - [`job`]: what it is asked for
-//! - `checks`: what can be refused before the work
+//! - [`target`], `checks`: where it goes, and what can be refused before the work
 //! - `unwrap`: the work
 
 mod checks;
 pub mod job;
+pub mod target;
 mod unwrap;

@@ -10,6 +10,7 @@ use crate::files::drafts::Drafts;
 use crate::files::paths::is_stdout;
 use crate::formats::labels::read as labels;
 use crate::formats::loaded::Loaded;
+use crate::formats::target::Mapping;
 use crate::mesh::view::PolygonView;
 use crate::picture::{curves, drawing::Drawing};
 use crate::report::asked::{InputReport, SettingsReport};
@@ -38,6 +39,7 @@ impl Job {
         let loaded = load()?;
         let mut reporter = Reporter::new(Show::fitting(self.run.quiet));
         let mut warnings = loaded.warnings().to_vec();
+        warnings.extend(loaded.check(&self.target)?);
         let pool = Pool::new(self.run.threads.map(usize::from))
             .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
         warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
@@ -73,7 +75,13 @@ impl Job {
 
         let mut drafts = Drafts::new();
         let groups = self.groups.then(|| groups(parts.as_ref(), &atlas));
-        drafts.add("-o", &self.output, |out| loaded.write_obj(out, &atlas.corner_uv, groups.as_ref()))?;
+        let files = loaded.files(&self.target, Mapping { corner_uv: &atlas.corner_uv, groups: groups.as_ref() })?;
+        files.warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
+        warnings.extend(files.warnings);
+        for (path, bytes) in &files.beside {
+            drafts.add_below("-o", path, |out| out.write_all(bytes))?;
+        }
+        drafts.add("-o", &self.target.path, files.main)?;
         if let Some(path) = &self.sheet {
             let picture = draw(&loaded, &atlas, &pool);
             drafts.add("--sheet", path, |out| out.write_all(&picture))?;
@@ -89,7 +97,7 @@ impl Job {
         let report = RunReport {
             version: env!("CARGO_PKG_VERSION"),
             input: InputReport::new(&loaded),
-            output: self.output.display().to_string(),
+            output: self.target.path.display().to_string(),
             settings: SettingsReport {
                 parts: self.parts.name(),
                 ..SettingsReport::new(self.method, &self.settings, self.keep_seams, pool.count())
@@ -105,7 +113,7 @@ impl Job {
         self.publish(drafts, &report)?;
         reporter.say(&format!(
             "{}: {} charts, distortion {:.4}, {:.1} % of the square used, {:.2} s",
-            self.output.display(),
+            self.target.path.display(),
             report.result.charts,
             report.result.distortion,
             100.0 * report.result.utilisation,
@@ -138,7 +146,7 @@ impl Job {
             corner_uv: Some(&atlas.corner_uv),
         };
         let exposure = SampledExposure { values: &atlas.exposure, weighting: Weighting::Cosine };
-        let name = self.output.display().to_string();
+        let name = self.target.path.display().to_string();
         measure(&name, polygons, Some(exposure), RESOLUTION)
             .map_err(|e| Failure::Unreached(format!("--json: {name} cannot be measured: {e}")))
     }

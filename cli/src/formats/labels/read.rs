@@ -10,6 +10,7 @@ use crate::formats::error::FormatError;
 use crate::formats::gltf::read as gltf;
 use crate::formats::model::Model;
 use crate::formats::ply::read as ply;
+use crate::formats::reading::Reading;
 use crate::mesh::polygons::Mesh;
 use std::path::Path;
 
@@ -24,8 +25,8 @@ pub fn read(flag: &str, path: &Path, mesh: &Mesh, mesh_path: &Path) -> Result<La
     let found = match kind {
         LabelKind::Seg => text::seg(&bytes, mesh.polygon_count()).map(Labels::of_numbers),
         LabelKind::Json => text::json(&bytes, mesh.polygon_count()).map(Labels::of_names),
-        LabelKind::Ply => coloured(ply::read(&bytes), mesh),
-        LabelKind::Glb => coloured(gltf::read(&bytes, folder), mesh),
+        LabelKind::Ply => coloured(ply::read(bytes, Reading::default()).map(|file| file.model), mesh),
+        LabelKind::Glb => coloured(gltf::read(&bytes, folder, Reading::default()).map(|file| file.model), mesh),
     };
     found.map_err(|problem| refuse(problem.replace("THE MESH", &mesh_path.display().to_string())))
 }
