@@ -5,6 +5,7 @@
 
 pub mod apply;
 pub mod demo;
+pub mod group;
 pub mod learning;
 pub mod line;
 pub mod measure;

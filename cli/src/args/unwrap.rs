@@ -1,5 +1,6 @@
 //! The words of `unwrap`.
 
+use super::group::GroupArg;
 use super::learning::LearningArgs;
 use super::method::MethodArg;
 use super::parts::{PartsArg, parts_or_off};
@@ -17,6 +18,9 @@ pub struct UnwrapArgs {
     /// What is written.
     #[command(flatten)]
     pub writing: WritingArgs,
+    /// What shares an atlas, a unit square of its own
+    #[arg(long, value_enum, default_value_t = GroupArg::Scene)]
+    pub group: GroupArg,
     /// What makes the map
     #[arg(long, value_enum, default_value_t = MethodArg::Exact)]
     pub method: MethodArg,

@@ -1,6 +1,7 @@
 //! `seamwright apply`: saved maps on a mesh, without training.
 
 use crate::args::apply::ApplyArgs;
+use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
@@ -20,6 +21,7 @@ pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
         method: MethodArg::Neural,
         learning: Some(map_file::read(&args.map)?),
         settings: args.settings.to_core(),
+        group: GroupArg::Scene,
         parts: PartsSource::Shape(PartsArg::Off),
         groups: false,
         keep_seams: false,

@@ -1,6 +1,7 @@
 //! `seamwright demo`: the main job on a built-in mesh, so that one command shows what the program does.
 
 use crate::args::demo::DemoArgs;
+use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
@@ -29,6 +30,7 @@ pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
         method: MethodArg::Exact,
         learning: None,
         settings: Settings::default(),
+        group: GroupArg::Scene,
         parts: PartsSource::Shape(PartsArg::Off),
         groups: false,
         keep_seams: false,

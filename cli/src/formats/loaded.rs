@@ -80,6 +80,11 @@ fn input_error(path: &Path, line: usize, problem: &dyn core::fmt::Display) -> Fa
 }
 
 impl Loaded {
+    /// A mesh alone, which came from the same file.
+    pub fn alone(&self, mesh: Mesh) -> Self {
+        Self { path: self.path.clone(), content: Content::Other(Model::of(mesh)) }
+    }
+
     /// The mesh and what its file says of it.
     pub fn model(&self) -> &Model {
         match &self.content {

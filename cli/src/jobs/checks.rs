@@ -1,6 +1,8 @@
 //! What is checked before the work: settings that fit together, and outputs that fall on nothing and can be written.
 
 use super::job::Job;
+use crate::args::group::GroupArg;
+use crate::args::method::MethodArg;
 use crate::base::failure::Failure;
 use crate::files::drafts;
 use crate::files::paths::{is_stdout, same_file};
@@ -16,6 +18,10 @@ impl Job {
             return Err(Failure::Usage(format!(
                 "--padding {padding}: too wide for --size {size}; a quarter of the size at the most"
             )));
+        }
+        if self.group != GroupArg::Scene && self.method != MethodArg::Exact {
+            let text = "one atlas is learned at a time; leave it out, or take --method exact";
+            return Err(Failure::Usage(format!("--group {}: {text}", self.group.name())));
         }
         Ok(())
     }

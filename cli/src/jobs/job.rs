@@ -1,5 +1,6 @@
 //! What a job is asked for.
 
+use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::args::run::RunArgs;
@@ -27,6 +28,8 @@ pub struct Job {
     pub learning: Option<Trainer>,
     /// How the atlas is made.
     pub settings: Settings,
+    /// What shares an atlas.
+    pub group: GroupArg,
     /// Where parts come from.
     pub parts: PartsSource,
     /// Whether the OBJ has a group for each chart.

@@ -2,9 +2,11 @@
 //!
 //! - [`job`]: what it is asked for
 //! - [`target`], `checks`: where it goes, and what can be refused before the work
+//! - `sets`: what shares an atlas
 //! - `unwrap`: the work
 
 mod checks;
 pub mod job;
+mod sets;
 pub mod target;
 mod unwrap;
