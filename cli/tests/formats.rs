@@ -13,7 +13,7 @@ fn through(folder: &Path, name: &str) -> (seamwright::mesh::polygons::Mesh, Stri
     let mut out = Vec::new();
     loaded.write_obj(&mut out, &uv, None).expect("a vector takes all bytes");
     let text = String::from_utf8(out.clone()).expect("plain text");
-    let back = read(out).expect("our own output").mesh;
+    let back = read(out).expect("our own output").model.mesh;
     assert_eq!(back.corners, loaded.mesh().corners, "{name}");
     assert_eq!(back.corner_uv, Some(uv), "{name}");
     (back, text)

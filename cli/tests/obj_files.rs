@@ -27,7 +27,7 @@ fn collection(name: &str) -> Vec<PathBuf> {
 fn fake_uv(file: &ObjFile) -> Vec<DVec2> {
     let cell = |k: u32| f64::from(k % ((1 << 24) + 1)) / f64::from(1u32 << 24);
     let uv = |(c, v): (usize, &u32)| DVec2::new(cell(v.wrapping_mul(7919)), cell((c as u32 % 3).wrapping_mul(104729)));
-    file.mesh.corners.iter().enumerate().map(uv).collect()
+    file.model.mesh.corners.iter().enumerate().map(uv).collect()
 }
 
 fn written(file: &ObjFile, uv: &[DVec2]) -> Vec<u8> {
@@ -100,7 +100,7 @@ fn every_file_comes_back_with_its_own_content_and_the_new_uvs() {
         assert_eq!(read_back, uv, "{}", path.display());
 
         let again = read(out.clone()).expect("our own output");
-        assert_eq!(again.mesh.corner_uv.clone().unwrap_or_default(), uv, "{}", path.display());
+        assert_eq!(again.model.mesh.corner_uv.clone().unwrap_or_default(), uv, "{}", path.display());
         assert_eq!(written(&again, &uv), out, "writing twice changes nothing: {}", path.display());
     }
 }
@@ -129,13 +129,13 @@ fn tobj_reads_the_same_polygons_and_uvs_from_our_output() {
             }
             for i in 0..mesh.indices.len() {
                 let (v, t) = (mesh.indices[i] as usize, mesh.texcoord_indices[i] as usize);
-                let position = file.mesh.positions[file.mesh.corners[corner] as usize].to_array();
+                let position = file.model.mesh.positions[file.model.mesh.corners[corner] as usize].to_array();
                 assert_eq!(mesh.positions[3 * v..3 * v + 3], position, "{name}");
                 assert_eq!(mesh.texcoords[2 * t..2 * t + 2], uv[corner].to_array(), "{name}");
                 corner += 1;
             }
         }
-        assert_eq!(corner, file.mesh.corners.len(), "{name}");
+        assert_eq!(corner, file.model.mesh.corners.len(), "{name}");
     }
 }
 
@@ -192,14 +192,14 @@ impl Arbitrary for Broken {
 
 fn never_panics(bytes: Vec<u8>) -> bool {
     let Ok(file) = read(bytes) else { return true };
-    assert!(file.mesh.corners.iter().all(|v| (*v as usize) < file.mesh.positions.len()));
+    assert!(file.model.mesh.corners.iter().all(|v| (*v as usize) < file.model.mesh.positions.len()));
     let uv = fake_uv(&file);
     let again = read(written(&file, &uv)).expect("what was readable stays readable");
-    again.mesh.positions == file.mesh.positions
-        && again.mesh.corners == file.mesh.corners
-        && again.mesh.polygon_start == file.mesh.polygon_start
+    again.model.mesh.positions == file.model.mesh.positions
+        && again.model.mesh.corners == file.model.mesh.corners
+        && again.model.mesh.polygon_start == file.model.mesh.polygon_start
         && again.corner_normal == file.corner_normal
-        && again.mesh.corner_uv.unwrap_or_default() == uv
+        && again.model.mesh.corner_uv.unwrap_or_default() == uv
 }
 
 #[test]

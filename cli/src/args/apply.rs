@@ -2,6 +2,7 @@
 
 use super::run::RunArgs;
 use super::settings::SettingsArgs;
+use super::writing::WritingArgs;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -13,9 +14,9 @@ pub struct ApplyArgs {
     /// Maps that `unwrap --save-map` wrote
     #[arg(long, value_name = "FILE")]
     pub map: PathBuf,
-    /// The OBJ to write
-    #[arg(short, long, value_name = "OUT.obj")]
-    pub output: PathBuf,
+    /// What is written.
+    #[command(flatten)]
+    pub writing: WritingArgs,
     /// How the atlas is made.
     #[command(flatten)]
     pub settings: SettingsArgs,

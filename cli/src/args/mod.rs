@@ -5,6 +5,7 @@
 
 pub mod apply;
 pub mod demo;
+pub mod group;
 pub mod learning;
 pub mod line;
 pub mod measure;
@@ -15,3 +16,4 @@ pub mod run;
 pub mod segment;
 pub mod settings;
 pub mod unwrap;
+pub mod writing;

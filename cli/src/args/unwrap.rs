@@ -1,21 +1,26 @@
 //! The words of `unwrap`.
 
+use super::group::GroupArg;
 use super::learning::LearningArgs;
 use super::method::MethodArg;
 use super::parts::{PartsArg, parts_or_off};
 use super::run::RunArgs;
 use super::settings::SettingsArgs;
+use super::writing::WritingArgs;
 use clap::Args;
 use std::path::PathBuf;
 
 /// `unwrap`.
 #[derive(Debug, Args)]
 pub struct UnwrapArgs {
-    /// The mesh (.obj, .ply, .stl, .glb, .gltf). Existing UVs are replaced
+    /// The mesh (.obj, .ply, .stl, .off, .glb, .gltf). Existing UVs are replaced
     pub mesh: PathBuf,
-    /// The OBJ to write. May be the input itself: everything but the UVs of an OBJ stays byte for byte as it was
-    #[arg(short, long, value_name = "OUT.obj")]
-    pub output: PathBuf,
+    /// What is written.
+    #[command(flatten)]
+    pub writing: WritingArgs,
+    /// What shares an atlas, a unit square of its own
+    #[arg(long, value_enum, default_value_t = GroupArg::Scene)]
+    pub group: GroupArg,
     /// What makes the map
     #[arg(long, value_enum, default_value_t = MethodArg::Exact)]
     pub method: MethodArg,

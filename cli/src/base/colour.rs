@@ -38,6 +38,21 @@ pub fn srgb(light: Vec3) -> Rgb {
     })
 }
 
+/// Red, green, blue and opacity of linear light as a screen takes them (sRGB); numbers below 0 and above 1 are cut.
+pub fn encoded([r, g, b, a]: [f64; 4]) -> [f32; 4] {
+    let [r, g, b] = [r, g, b].map(|c| {
+        let c = c.clamp(0.0, 1.0) as f32;
+        if c <= 0.003_130_8 { c * 12.92 } else { 1.055 * real::pow(c, 1.0 / 2.4) - 0.055 }
+    });
+    [r, g, b, a.clamp(0.0, 1.0) as f32]
+}
+
+/// Linear light of a colour that a screen takes, and its opacity.
+pub fn decoded([r, g, b, a]: [f32; 4]) -> [f32; 4] {
+    let light = |c: f32| if c <= 0.04045 { c / 12.92 } else { real::pow((c + 0.055) / 1.055, 2.4) };
+    [light(r), light(g), light(b), a]
+}
+
 /// Linear light of the `i`-th chart: hues a golden angle apart, in three shades.
 pub fn chart(i: u32) -> Vec3 {
     let hue = (0.58 + 0.618_034 * i as f32).fract();

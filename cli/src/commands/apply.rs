@@ -1,17 +1,19 @@
 //! `seamwright apply`: saved maps on a mesh, without training.
 
 use crate::args::apply::ApplyArgs;
+use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
-use crate::formats::loaded::load;
+use crate::formats::loaded::load_as;
 use crate::jobs::job::{Job, PartsSource};
+use crate::jobs::target::target;
 use crate::training::map_file;
 
 /// Runs `seamwright apply`.
 pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
     let job = Job {
-        output: args.output.clone(),
+        target: target(&args.writing, &args.mesh)?,
         sheet: args.sheet.clone(),
         json: args.json.clone(),
         save_map: None,
@@ -19,6 +21,7 @@ pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
         method: MethodArg::Neural,
         learning: Some(map_file::read(&args.map)?),
         settings: args.settings.to_core(),
+        group: GroupArg::Scene,
         parts: PartsSource::Shape(PartsArg::Off),
         groups: false,
         keep_seams: false,
@@ -26,5 +29,5 @@ pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
     };
     job.check_settings()?;
     job.check_paths(&args.mesh)?;
-    job.run(|| load(&args.mesh))
+    job.run(|| load_as(&args.mesh, job.reading()))
 }

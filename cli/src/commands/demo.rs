@@ -1,10 +1,13 @@
 //! `seamwright demo`: the main job on a built-in mesh, so that one command shows what the program does.
 
 use crate::args::demo::DemoArgs;
+use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
+use crate::formats::format::Format;
 use crate::formats::loaded::load_obj;
+use crate::formats::target::Target;
 use crate::jobs::job::{Job, PartsSource};
 use seamwright_core::pipeline::Settings;
 use std::fs;
@@ -19,7 +22,7 @@ pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|e| Failure::output("-o", folder, &e))?;
     let (name, bytes) = FIXTURE;
     let job = Job {
-        output: folder.join(name).with_extension("obj"),
+        target: Target::new(&folder.join(name).with_extension("obj"), Format::Obj),
         sheet: Some(folder.join(name).with_extension("png")),
         json: Some(folder.join(name).with_extension("json")),
         save_map: None,
@@ -27,6 +30,7 @@ pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
         method: MethodArg::Exact,
         learning: None,
         settings: Settings::default(),
+        group: GroupArg::Scene,
         parts: PartsSource::Shape(PartsArg::Off),
         groups: false,
         keep_seams: false,

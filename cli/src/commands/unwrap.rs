@@ -4,14 +4,15 @@ use crate::args::learning::LearningArgs;
 use crate::args::method::MethodArg;
 use crate::args::unwrap::UnwrapArgs;
 use crate::base::failure::Failure;
-use crate::formats::loaded::load;
+use crate::formats::loaded::load_as;
 use crate::jobs::job::{Job, PartsSource};
+use crate::jobs::target::target;
 use crate::training::trainer::Trainer;
 
 /// Runs `seamwright unwrap`.
 pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
     let job = Job {
-        output: args.output.clone(),
+        target: target(&args.writing, &args.mesh)?,
         sheet: args.sheet.clone(),
         json: args.json.clone(),
         save_map: args.learning.save_map.clone(),
@@ -19,6 +20,7 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
         method: args.method,
         learning: trainer(args)?,
         settings: args.settings.to_core(),
+        group: args.group,
         parts: args.labels.clone().map_or(PartsSource::Shape(args.parts), PartsSource::File),
         groups: args.groups,
         keep_seams: args.keep_seams,
@@ -26,7 +28,7 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
     };
     job.check_settings()?;
     job.check_paths(&args.mesh)?;
-    job.run(|| load(&args.mesh))
+    job.run(|| load_as(&args.mesh, job.reading()))
 }
 
 /// Settings of training; flags that only training knows are refused without it.

@@ -192,7 +192,7 @@ mod tests {
             positions,
             corners: vec![0, 2, 3, 1, 2, 4, 5, 3, 4, 6, 5],
             polygon_start: vec![0, 4, 8, 11],
-            corner_uv: None,
+            ..Mesh::default()
         };
         let uv = |c: usize| match c {
             0..4 => mesh.positions[mesh.corners[c] as usize].truncate() / 8.0,

@@ -110,7 +110,7 @@ mod tests {
         let middle = [DVec3::X, DVec3::X * 2.0, DVec3::X + DVec3::Y].map(|p| y * 0.5 + p * 10.0);
         let positions = [&floor[..], &wall, &middle].concat();
         let corners = (0..11).collect();
-        Mesh { positions, corners, polygon_start: vec![0, 4, 8, 11], corner_uv: None }
+        Mesh { positions, corners, polygon_start: vec![0, 4, 8, 11], ..Mesh::default() }
     }
 
     #[test]
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn a_mesh_that_is_one_point_is_no_reason_to_fail() {
         let positions = vec![DVec3::ONE; 3];
-        let mesh = Mesh { positions, corners: vec![0, 1, 2], polygon_start: vec![0, 3], corner_uv: None };
+        let mesh = Mesh { positions, corners: vec![0, 1, 2], polygon_start: vec![0, 3], ..Mesh::default() };
         assert_eq!(exposed(&mesh, Weighting::Uniform), [1.0; 3]);
     }
 

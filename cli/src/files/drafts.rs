@@ -45,6 +45,20 @@ impl Drafts {
         Self::default()
     }
 
+    /// [`add`](Self::add), in a folder that is made where it is missing.
+    pub fn add_below(
+        &mut self,
+        flag: &'static str,
+        path: &Path,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        if !folder.as_os_str().is_empty() {
+            fs::create_dir_all(folder).map_err(|e| Failure::output(flag, path, &e))?;
+        }
+        self.add(flag, path, write)
+    }
+
     /// Writes one output in full by `write`; nothing shows at `path` before [`publish`](Self::publish).
     pub fn add(
         &mut self,

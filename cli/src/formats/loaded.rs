@@ -1,10 +1,17 @@
-//! A mesh from a file, by the file's ending.
+//! A mesh from a file, by the file's ending, and back to a file: the same one with other UVs where the format is the same.
 
-use super::bare::Bare;
 use super::error::FormatError;
+use super::format::Format;
+use super::gltf::file::GltfFile;
+use super::gltf::{compose as gltf_compose, read as gltf, write as gltf_write};
 use super::groups::Groups;
-use super::obj::{compose::compose, file::ObjFile, read::read, write::write};
-use super::{gltf::read as gltf, ply::read as ply, stl};
+use super::model::Model;
+use super::obj::{compose as obj_compose, file::ObjFile, material, read::read, write::write};
+use super::ply::file::PlyFile;
+use super::ply::{compose as ply_compose, read as ply, write as ply_write};
+use super::reading::Reading;
+use super::target::{Files, Mapping, Target};
+use super::{off, stl};
 use crate::base::failure::Failure;
 use crate::mesh::polygons::Mesh;
 use glam::DVec2;
@@ -12,7 +19,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The endings that [`load`] knows, for messages.
-pub const ENDINGS: &str = ".obj, .ply, .stl, .glb and .gltf";
+pub const ENDINGS: &str = ".obj, .ply, .stl, .off, .glb and .gltf";
 
 /// A mesh and what its file needs to be written back.
 pub struct Loaded {
@@ -21,42 +28,49 @@ pub struct Loaded {
     content: Content,
 }
 
+/// What knows how to write a file again.
 enum Content {
-    /// Written back as it was, with other UVs.
     Obj(ObjFile),
-    /// Written as an OBJ of its own.
-    Bare(Bare),
+    Ply(PlyFile),
+    Gltf(Box<GltfFile>),
+    /// Its bytes as they were.
+    Off(Model, Vec<u8>),
+    /// Nothing: a mesh alone.
+    Other(Model),
 }
 
-/// Reads the mesh at `path`.
+/// Reads the mesh at `path`, each mesh of a scene once.
 pub fn load(path: &Path) -> Result<Loaded, Failure> {
-    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let bytes = || std::fs::read(path).map_err(|e| Failure::input(path, &e));
-    let bare = |result: Result<Bare, FormatError>| {
-        result.map(Content::Bare).map_err(|e| input_error(path, e.line, &e.problem))
+    load_as(path, Reading::default())
+}
+
+/// Reads what is wanted of the file at `path`.
+pub fn load_as(path: &Path, reading: Reading) -> Result<Loaded, Failure> {
+    let Some(format) = Format::of(path) else {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let problem =
+            if ending.is_empty() { "no file ending".into() } else { format!("unknown file ending .{ending}") };
+        let text = format!("{}: {problem}; seamwright reads {ENDINGS}, so convert the mesh first", path.display());
+        return Err(Failure::Input(text));
     };
-    let content = match ending.as_str() {
-        "obj" => Content::Obj(from_obj(path, bytes()?)?),
-        "ply" => bare(ply::read(&bytes()?))?,
-        "stl" => bare(stl::read(&bytes()?))?,
-        "glb" | "gltf" => bare(gltf::read(&bytes()?, path.parent().unwrap_or(Path::new(""))))?,
-        _ => {
-            let problem =
-                if ending.is_empty() { "no file ending".into() } else { format!("unknown file ending .{ending}") };
-            let text = format!("{}: {problem}; seamwright reads {ENDINGS}, so convert the mesh first", path.display());
-            return Err(Failure::Input(text));
-        }
+    let bytes = std::fs::read(path).map_err(|e| Failure::input(path, &e))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let content = match format {
+        Format::Obj => return load_obj(path, bytes),
+        Format::Ply => ply::read(bytes, reading).map(Content::Ply),
+        Format::Stl => stl::read(&bytes).map(Content::Other),
+        Format::Off => off::read(&bytes).map(|model| Content::Off(model, bytes)),
+        Format::Glb | Format::Gltf => gltf::read(&bytes, folder, reading).map(|file| Content::Gltf(Box::new(file))),
+        Format::Fbx => Err(FormatError::whole("FBX is not read by this build; convert it to GLB first")),
     };
+    let content = content.map_err(|e| input_error(path, e.line, &e.problem))?;
     Ok(Loaded { path: path.to_path_buf(), content })
 }
 
 /// Reads an OBJ that is in memory already; `path` is what messages name.
 pub fn load_obj(path: &Path, bytes: Vec<u8>) -> Result<Loaded, Failure> {
-    Ok(Loaded { path: path.to_path_buf(), content: Content::Obj(from_obj(path, bytes)?) })
-}
-
-fn from_obj(path: &Path, bytes: Vec<u8>) -> Result<ObjFile, Failure> {
-    read(bytes).map_err(|e| input_error(path, e.line, &e.problem))
+    let file = read(bytes).map_err(|e| input_error(path, e.line, &e.problem))?;
+    Ok(Loaded { path: path.to_path_buf(), content: Content::Obj(file) })
 }
 
 /// `file:line: problem`; line 0 is the whole file.
@@ -66,12 +80,24 @@ fn input_error(path: &Path, line: usize, problem: &dyn core::fmt::Display) -> Fa
 }
 
 impl Loaded {
+    /// A mesh alone, which came from the same file.
+    pub fn alone(&self, mesh: Mesh) -> Self {
+        Self { path: self.path.clone(), content: Content::Other(Model::of(mesh)) }
+    }
+
+    /// The mesh and what its file says of it.
+    pub fn model(&self) -> &Model {
+        match &self.content {
+            Content::Obj(file) => &file.model,
+            Content::Ply(file) => &file.model,
+            Content::Gltf(file) => &file.model,
+            Content::Off(model, _) | Content::Other(model) => model,
+        }
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
-        match &self.content {
-            Content::Obj(file) => &file.mesh,
-            Content::Bare(bare) => &bare.mesh,
-        }
+        &self.model().mesh
     }
 
     /// The file's name without its folder, for people.
@@ -81,17 +107,84 @@ impl Loaded {
 
     /// What was odd in the file.
     pub fn warnings(&self) -> &[String] {
-        match &self.content {
-            Content::Obj(file) => &file.warnings,
-            Content::Bare(bare) => &bare.warnings,
+        &self.model().warnings
+    }
+
+    /// Refuses, before any work, a target that cannot be written, and says what of the file it does not take along.
+    pub fn check(&self, target: &Target) -> Result<Vec<String>, Failure> {
+        let model = self.model();
+        let mut losses = match (&self.content, target.format) {
+            (Content::Gltf(file), Format::Glb | Format::Gltf) => {
+                gltf_write::writable(file, target).map_err(|e| input_error(&self.path, e.line, &e.problem))?;
+                return Ok(Vec::new());
+            }
+            (Content::Ply(file), Format::Ply) => return Ok(ply_write::warnings(file)),
+            (Content::Obj(_), Format::Obj) | (Content::Off(..), Format::Off) => return Ok(Vec::new()),
+            (_, Format::Ply) => ply_compose::losses(model),
+            (_, Format::Off) => vec!["everything but vertices and polygons".into()],
+            _ => Vec::new(),
+        };
+        losses.extend(model.rest.iter().cloned());
+        let warning = (!losses.is_empty())
+            .then(|| format!("{} does not take along: {}", target.format.name(), losses.join(", ")));
+        let mut warnings: Vec<String> = warning.into_iter().collect();
+        let largest = model.mesh.polygons().map(|p| p.len()).max().unwrap_or(0);
+        if matches!(target.format, Format::Glb | Format::Gltf) && largest > 3 {
+            warnings.push(format!("{} holds triangles alone; polygons are cut into them", target.format.name()));
+        }
+        Ok(warnings)
+    }
+
+    /// The files that the mesh becomes with the UVs of `mapping`.
+    pub fn files<'a>(&'a self, target: &'a Target, mapping: Mapping<'a>) -> Result<Files<'a>, Failure> {
+        let model = self.model();
+        let Mapping { corner_uv, groups } = mapping;
+        let main = |write: Box<dyn FnOnce(&mut dyn Write) -> io::Result<()> + 'a>| Files {
+            main: write,
+            beside: Vec::new(),
+            warnings: Vec::new(),
+        };
+        Ok(match (&self.content, target.format) {
+            (Content::Obj(file), Format::Obj) => main(Box::new(move |out| write(out, file, corner_uv, groups))),
+            (Content::Ply(file), Format::Ply) => {
+                main(Box::new(move |out| ply_write::write(out, file, corner_uv, target.uv_set, target.keep)))
+            }
+            (Content::Gltf(file), Format::Glb | Format::Gltf) => {
+                gltf_write::write(file, target, mapping).map_err(|e| self.unwritten(e))?
+            }
+            (Content::Off(_, bytes), Format::Off) => main(Box::new(move |out| out.write_all(bytes))),
+            (_, Format::Off) => main(Box::new(move |out| off::compose(out, &model.mesh))),
+            (_, Format::Ply) => {
+                main(Box::new(move |out| ply_compose::compose(out, model, Some(corner_uv), target.uv_set)))
+            }
+            (_, Format::Glb | Format::Gltf) => {
+                gltf_compose::write(model, target, mapping).map_err(|e| self.unwritten(e))?
+            }
+            _ => {
+                let text = material::text(model);
+                let library = text.as_ref().map(|_| target.sibling(0, "mtl"));
+                let place = library.as_ref().map(|name| target.folder().join(name));
+                let main =
+                    move |out: &mut dyn Write| obj_compose::compose(out, model, library.as_deref(), corner_uv, groups);
+                let beside = place.into_iter().zip(text.map(String::into_bytes)).collect();
+                Files { main: Box::new(main), beside, warnings: Vec::new() }
+            }
+        })
+    }
+
+    fn unwritten(&self, error: gltf_write::WriteError) -> Failure {
+        match error {
+            gltf_write::WriteError::Format(e) => input_error(&self.path, e.line, &e.problem),
+            gltf_write::WriteError::Io(path, e) => Failure::output("-o", &path, &e),
         }
     }
 
-    /// Writes the mesh as OBJ with one UV a corner, and `groups` if any: the user's own file where it was one.
+    /// Writes the mesh as OBJ with one UV a corner, and `groups` if any: the user's own file where it was one. No file of
+    /// materials is named.
     pub fn write_obj(&self, out: &mut dyn Write, corner_uv: &[DVec2], groups: Option<&Groups>) -> io::Result<()> {
         match &self.content {
             Content::Obj(file) => write(out, file, corner_uv, groups),
-            Content::Bare(bare) => compose(out, &bare.mesh, &bare.labels, corner_uv, groups),
+            _ => obj_compose::compose(out, self.model(), None, corner_uv, groups),
         }
     }
 

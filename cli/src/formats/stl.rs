@@ -1,11 +1,13 @@
 //! STL, text and binary, from their bytes.
 //!
 //! An STL has no shared vertices, so corners at bit-equal positions become one vertex, in the order of their first use.
-//! A binary file whose header begins with `solid` is known by its length.
+//! A binary file whose header begins with `solid` is known by its length. A text is a stream of words, whatever its line ends
+//! are, and may begin with a byte order mark.
 
-use super::bare::{Bare, check};
 use super::error::FormatError;
+use super::model::Model;
 use crate::mesh::polygons::Mesh;
+use crate::mesh::precision::{Decimals, of_floats};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -13,17 +15,42 @@ const HEADER: usize = 84; // 80 bytes of anything, then the number of triangles
 const TRIANGLE: usize = 50; // normal, three points, two bytes of anything
 
 /// Reads an STL. O(bytes).
-pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
+pub fn read(bytes: &[u8]) -> Result<Model, FormatError> {
     let mut soup = Soup::default();
+    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let declared = bytes.get(80..HEADER).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     let whole = declared.is_some_and(|n| n.checked_mul(TRIANGLE).is_some_and(|n| n == bytes.len() - HEADER));
-    if !whole && bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
-        soup.read_text(bytes)?;
+    if !whole && text.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
+        let decimals = soup.read_text(text)?;
+        soup.mesh.tolerance = decimals.tolerance(soup.mesh.largest_coordinate());
     } else {
         soup.read_binary(bytes, declared)?;
+        soup.mesh.tolerance = of_floats(soup.mesh.largest_coordinate());
     }
-    check(&soup.mesh)?;
-    Ok(Bare { mesh: soup.mesh, ..Bare::default() })
+    Model::of(soup.mesh).checked()
+}
+
+/// Words of a text with their lines, which end in LF, CRLF or CR.
+struct TextWords<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: usize,
+}
+
+impl<'a> Iterator for TextWords<'a> {
+    type Item = (&'a [u8], usize);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while let Some(b) = self.bytes.get(self.at).filter(|b| b.is_ascii_whitespace()) {
+            let ends = *b == b'\n' || *b == b'\r' && self.bytes.get(self.at + 1) != Some(&b'\n');
+            self.line += usize::from(ends);
+            self.at += 1;
+        }
+        let rest = self.bytes.get(self.at..)?;
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        self.at += end;
+        (end > 0).then_some((&rest[..end], self.line))
+    }
 }
 
 /// Polygons by their points.
@@ -61,13 +88,21 @@ impl Soup {
         Ok(())
     }
 
-    fn read_text(&mut self, bytes: &[u8]) -> Result<(), FormatError> {
-        for (line, text) in (1..).zip(bytes.split(|b| *b == b'\n')) {
-            let mut words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
-            let keyword = words.next().unwrap_or_default();
-            if keyword.eq_ignore_ascii_case(b"vertex") {
+    fn read_text(&mut self, bytes: &[u8]) -> Result<Decimals, FormatError> {
+        let mut decimals = Decimals::default();
+        let mut words = TextWords { bytes, at: 0, line: 1 };
+        let mut named = 0; // the line whose words are a solid's name, up to its first facet
+        while let Some((word, line)) = words.next() {
+            let is = |keyword: &[u8]| word.eq_ignore_ascii_case(keyword);
+            if is(b"facet") {
+                named = 0;
+            } else if line == named {
+            } else if is(b"solid") || is(b"endsolid") {
+                named = line;
+            } else if is(b"vertex") {
                 let mut next = || {
-                    let word = words.next().unwrap_or_default();
+                    let (word, line) = words.next().unwrap_or((b"", line));
+                    decimals.see(word);
                     let number = core::str::from_utf8(word).ok().and_then(|word| word.parse::<f64>().ok());
                     number.filter(|x| x.is_finite()).ok_or_else(|| {
                         let word = String::from_utf8_lossy(word).into_owned();
@@ -76,7 +111,7 @@ impl Soup {
                 };
                 let point = DVec3::new(next()?, next()?, next()?);
                 self.corner(point);
-            } else if keyword.eq_ignore_ascii_case(b"endloop") {
+            } else if is(b"endloop") {
                 self.end_polygon();
             }
         }
@@ -84,7 +119,7 @@ impl Soup {
             Some(end) if (*end as usize) < self.mesh.corners.len() => {
                 Err(FormatError::whole("ends inside of a loop; export it again"))
             }
-            _ => Ok(()),
+            _ => Ok(decimals),
         }
     }
 
@@ -134,7 +169,7 @@ mod tests {
     fn text_and_binary_give_the_same_mesh() {
         let triangles = [[0., 0., 0., 1., 0., 0., 0., 1., 0.], [-0., 0., 0., 0., 1., 0., 0., 0., 1.]];
         let text = read(TEXT.as_bytes()).unwrap().mesh;
-        assert_eq!(text.corners, [0, 1, 2, 0, 2, 3]);
+        assert_eq!((&text.corners[..], text.tolerance), (&[0, 1, 2, 0, 2, 3][..], 0.5f64.powi(24)));
         assert_eq!(read(&binary(b"solid by name", &triangles)).unwrap().mesh, text);
     }
 
@@ -145,6 +180,19 @@ mod tests {
         assert!(read(&bytes[..60]).is_err());
         assert_eq!(read(b"solid\nvertex 0 nan 0").unwrap_err().line, 2);
         assert!(read(&binary(b"", &[[f32::NAN; 9]])).is_err());
+    }
+
+    #[test]
+    fn a_text_has_any_line_ends_or_none_and_names_of_any_words() {
+        let text = read(TEXT.as_bytes()).unwrap().mesh;
+        let lines = TEXT.replace("\r\n", "\n");
+        for other in [lines.replace('\n', "\r"), lines.replace('\n', " "), format!("\u{feff}{TEXT}")] {
+            assert_eq!(read(other.as_bytes()).unwrap().mesh, text, "{other}");
+        }
+        let named =
+            TEXT.replace("solid a", "solid vertex endloop 1").replace("endsolid a", "endsolid vertex endloop 1");
+        assert_eq!(read(named.as_bytes()).unwrap().mesh, text);
+        assert_eq!(read(b"solid a\rfacet\rvertex 0 x 0").unwrap_err().line, 3);
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! What is checked before the work: settings that fit together, and outputs that fall on nothing and can be written.
 
 use super::job::Job;
+use crate::args::group::GroupArg;
+use crate::args::method::MethodArg;
 use crate::base::failure::Failure;
 use crate::files::drafts;
 use crate::files::paths::{is_stdout, same_file};
@@ -17,6 +19,10 @@ impl Job {
                 "--padding {padding}: too wide for --size {size}; a quarter of the size at the most"
             )));
         }
+        if self.group != GroupArg::Scene && self.method != MethodArg::Exact {
+            let text = "one atlas is learned at a time; leave it out, or take --method exact";
+            return Err(Failure::Usage(format!("--group {}: {text}", self.group.name())));
+        }
         Ok(())
     }
 
@@ -26,10 +32,6 @@ impl Job {
             let special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
             special || path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
         };
-        if !named(&self.output, "obj") {
-            let text = "only OBJ is written; name a file that ends in .obj";
-            return Err(Failure::Usage(format!("-o {}: {text}", self.output.display())));
-        }
         if let Some(path) = self.sheet.as_deref().filter(|path| !named(path, "png")) {
             return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", path.display())));
         }
@@ -42,17 +44,17 @@ impl Job {
         let clashes = [
             ("--save-map", map, "the mesh", Some(input)),
             ("--curves", curves, "the mesh", Some(input)),
-            ("--save-map", map, "-o", Some(self.output.as_path())),
+            ("--save-map", map, "-o", Some(self.target.path.as_path())),
             ("--save-map", map, "--sheet", sheet),
             ("--save-map", map, "--json", json),
             ("--save-map", map, "--curves", curves),
-            ("--curves", curves, "-o", Some(self.output.as_path())),
+            ("--curves", curves, "-o", Some(self.target.path.as_path())),
             ("--curves", curves, "--sheet", sheet),
             ("--curves", curves, "--json", json),
             ("--sheet", sheet, "the mesh", Some(input)),
             ("--json", json, "the mesh", Some(input)),
-            ("--sheet", sheet, "-o", Some(self.output.as_path())),
-            ("--json", json, "-o", Some(self.output.as_path())),
+            ("--sheet", sheet, "-o", Some(self.target.path.as_path())),
+            ("--json", json, "-o", Some(self.target.path.as_path())),
             ("--json", json, "--sheet", sheet),
         ];
         for (flag, path, other, place) in clashes {
@@ -68,7 +70,7 @@ impl Job {
 
     /// Finds out whether all outputs can be written.
     pub(super) fn check_outputs(&self) -> Result<(), Failure> {
-        drafts::check("-o", &self.output)?;
+        drafts::check("-o", &self.target.path)?;
         let others = [("--sheet", &self.sheet), ("--save-map", &self.save_map), ("--curves", &self.curves)];
         for (flag, path) in others {
             path.as_deref().map_or(Ok(()), |path| drafts::check(flag, path))?;

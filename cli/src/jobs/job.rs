@@ -1,16 +1,19 @@
 //! What a job is asked for.
 
+use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::args::run::RunArgs;
+use crate::formats::reading::Reading;
+use crate::formats::target::Target;
 use crate::training::trainer::Trainer;
 use seamwright_core::pipeline::Settings;
 use std::path::PathBuf;
 
 /// Everything that a run needs but the mesh.
 pub struct Job {
-    /// The OBJ to write.
-    pub output: PathBuf,
+    /// The mesh to write.
+    pub target: Target,
     /// The picture to write.
     pub sheet: Option<PathBuf>,
     /// The report to write; `-` is standard output.
@@ -25,6 +28,8 @@ pub struct Job {
     pub learning: Option<Trainer>,
     /// How the atlas is made.
     pub settings: Settings,
+    /// What shares an atlas.
+    pub group: GroupArg,
     /// Where parts come from.
     pub parts: PartsSource,
     /// Whether the OBJ has a group for each chart.
@@ -41,6 +46,13 @@ pub enum PartsSource {
     Shape(PartsArg),
     /// A file of labels.
     File(PathBuf),
+}
+
+impl Job {
+    /// What is wanted of the file that comes in.
+    pub fn reading(&self) -> Reading {
+        Reading { uv_set: self.target.uv_set, copies: !self.target.format.has_instances() }
+    }
 }
 
 impl PartsSource {

@@ -1,9 +1,12 @@
 //! A whole job: from the loaded mesh to the outputs in their places.
 //!
 //! - [`job`]: what it is asked for
-//! - `checks`: what can be refused before the work
+//! - [`target`], `checks`: where it goes, and what can be refused before the work
+//! - `sets`: what shares an atlas
 //! - `unwrap`: the work
 
 mod checks;
 pub mod job;
+mod sets;
+pub mod target;
 mod unwrap;

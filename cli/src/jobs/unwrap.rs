@@ -1,6 +1,8 @@
 //! Does a job: loads, unwraps, writes, reports.
 
 use super::job::{Job, PartsSource};
+use super::sets::{self, Joined, Set, has_triangle, sets};
+use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::base::failure::Failure;
 use crate::figures::measure::measure;
@@ -10,21 +12,25 @@ use crate::files::drafts::Drafts;
 use crate::files::paths::is_stdout;
 use crate::formats::labels::read as labels;
 use crate::formats::loaded::Loaded;
+use crate::formats::target::Mapping;
+use crate::mesh::polygons::Mesh;
 use crate::mesh::view::PolygonView;
 use crate::picture::{curves, drawing::Drawing};
 use crate::report::asked::{InputReport, SettingsReport};
 use crate::report::document::{RunReport, StageReport};
 use crate::report::learning::LearningReport;
 use crate::report::parts::{groups, tree};
-use crate::report::result::ResultReport;
+use crate::report::result::{ResultReport, SetReport};
 use crate::run::atlas::{self, Atlas};
 use crate::run::parts::{self, MeshParts};
 use crate::run::progress::{Reporter, Show};
 use crate::run::stop::stop_requested;
 use crate::run::threads::Pool;
 use crate::training::map_file;
+use crate::training::trainer::Trainer;
 use seamwright_core::judge::measure::RESOLUTION;
 use std::io::stdout;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// How far over the bound still counts as reached: UVs on a grid of 2^-24 move the mean by about 1e-7.
@@ -38,24 +44,14 @@ impl Job {
         let loaded = load()?;
         let mut reporter = Reporter::new(Show::fitting(self.run.quiet));
         let mut warnings = loaded.warnings().to_vec();
+        warnings.extend(loaded.check(&self.target)?);
         let pool = Pool::new(self.run.threads.map(usize::from))
             .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
         warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
         let parts = self.find_parts(&loaded, &pool, &mut reporter)?;
-        let part = parts.as_ref().map(|parts| &parts.part[..]);
         let mut trainer = self.learning.clone();
-        let atlas = pool.enter(|| {
-            atlas::make_by(
-                self.method,
-                trainer.as_mut(),
-                &loaded,
-                part,
-                self.keep_seams,
-                &self.settings,
-                &pool,
-                &mut reporter,
-            )
-        })?;
+        let made = self.make(&loaded, parts.as_ref(), trainer.as_mut(), &pool, &mut reporter)?;
+        let atlas = &made.atlas;
         if let Some(trainer) = trainer.as_ref().filter(|t| t.summary.was_stopped) {
             let text =
                 format!("training was stopped after {} steps; the best maps so far are used", trainer.summary.steps);
@@ -63,20 +59,29 @@ impl Job {
             warnings.push(text);
         }
         let stages = reporter.finish().iter().map(StageReport::from).collect();
-        let result = ResultReport::new(&atlas);
+        let result = ResultReport::new(atlas);
         for warning in result.warnings() {
             reporter.say(&format!("warning: {}: {warning}", loaded.path.display()));
             warnings.push(warning);
         }
-        let missed = self.missed(&atlas);
+        made.empty.iter().for_each(|text| reporter.say(&format!("warning: {}: {text}", loaded.path.display())));
+        warnings.extend(made.empty.clone());
+        let missed = made.all().find_map(|atlas| self.missed(atlas));
         warnings.extend(missed.clone());
 
         let mut drafts = Drafts::new();
-        let groups = self.groups.then(|| groups(parts.as_ref(), &atlas));
-        drafts.add("-o", &self.output, |out| loaded.write_obj(out, &atlas.corner_uv, groups.as_ref()))?;
+        let groups = self.groups.then(|| groups(parts.as_ref(), atlas));
+        let files = loaded.files(&self.target, Mapping { corner_uv: &atlas.corner_uv, groups: groups.as_ref() })?;
+        files.warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
+        warnings.extend(files.warnings);
+        for (path, bytes) in &files.beside {
+            drafts.add_below("-o", path, |out| out.write_all(bytes))?;
+        }
+        drafts.add("-o", &self.target.path, files.main)?;
         if let Some(path) = &self.sheet {
-            let picture = draw(&loaded, &atlas, &pool);
-            drafts.add("--sheet", path, |out| out.write_all(&picture))?;
+            for (path, picture) in made.pictures(path, &loaded, &pool) {
+                drafts.add("--sheet", &path, |out| out.write_all(&picture))?;
+            }
         }
         if let (Some(path), Some(trainer)) = (&self.save_map, &trainer) {
             drafts.add("--save-map", path, |out| map_file::write(out, trainer))?;
@@ -89,15 +94,21 @@ impl Job {
         let report = RunReport {
             version: env!("CARGO_PKG_VERSION"),
             input: InputReport::new(&loaded),
-            output: self.output.display().to_string(),
+            output: self.target.path.display().to_string(),
             settings: SettingsReport {
                 parts: self.parts.name(),
+                group: self.group.name(),
+                uv_set: self.target.uv_set,
                 ..SettingsReport::new(self.method, &self.settings, self.keep_seams, pool.count())
             },
             result,
-            parts: parts.as_ref().map(|parts| tree(parts, &atlas)),
+            atlases: self.reports(&made)?,
+            parts: parts.as_ref().map(|parts| tree(parts, atlas)),
             learning: trainer.as_ref().map(LearningReport::new),
-            metrics: self.json.as_ref().map(|_| self.metrics(&loaded, &atlas)).transpose()?,
+            metrics: match &self.json {
+                Some(_) if made.sets.is_empty() => Some(self.metrics(loaded.mesh(), atlas)?),
+                _ => None,
+            },
             stages,
             seconds,
             warnings,
@@ -105,7 +116,7 @@ impl Job {
         self.publish(drafts, &report)?;
         reporter.say(&format!(
             "{}: {} charts, distortion {:.4}, {:.1} % of the square used, {:.2} s",
-            self.output.display(),
+            self.target.path.display(),
             report.result.charts,
             report.result.distortion,
             100.0 * report.result.utilisation,
@@ -128,9 +139,63 @@ impl Job {
         }
     }
 
+    /// The atlas of each set of polygons that shares one.
+    fn make(
+        &self,
+        loaded: &Loaded,
+        parts: Option<&MeshParts>,
+        trainer: Option<&mut Trainer>,
+        pool: &Pool,
+        reporter: &mut Reporter,
+    ) -> Result<Made, Failure> {
+        let part = parts.map(|parts| &parts.part[..]);
+        let (method, settings) = (self.method, &self.settings);
+        if self.group == GroupArg::Scene {
+            let make = || atlas::make_by(method, trainer, loaded, part, self.keep_seams, settings, pool, reporter);
+            return pool.enter(make).map(|atlas| Made { atlas, sets: Vec::new(), empty: Vec::new() });
+        }
+        let mesh = loaded.polygons()?;
+        let mut joined = Joined::new(mesh);
+        let (mut made, mut empty) = (Vec::new(), Vec::new());
+        for set in sets(loaded.model(), self.group) {
+            let (own, vertices) = sets::part(mesh, &set.polygons);
+            if !has_triangle(&own) {
+                empty.push(format!("'{}' has no triangle with three different corners; its UVs are 0, 0", set.name));
+                continue;
+            }
+            let alone = loaded.alone(own);
+            let part: Option<Vec<u32>> = part.map(|all| set.polygons.iter().map(|p| all[*p as usize]).collect());
+            // What has no UVs of its own has no seams to keep.
+            let keep =
+                self.keep_seams && alone.mesh().corner_uv.as_ref().is_some_and(|uv| uv.iter().any(|uv| uv.is_finite()));
+            let atlas =
+                pool.enter(|| atlas::make_by(method, None, &alone, part.as_deref(), keep, settings, pool, reporter))?;
+            joined.add(&set, &vertices, &atlas);
+            made.push((set, alone, atlas));
+        }
+        if made.is_empty() {
+            let text = "the mesh holds no triangle with three different corners; repair the mesh";
+            return Err(Failure::Input(format!("{}: {text}", loaded.path.display())));
+        }
+        Ok(Made { atlas: joined.finish(), sets: made, empty })
+    }
+
+    /// What to tell of each of several atlases.
+    fn reports(&self, made: &Made) -> Result<Option<Vec<SetReport>>, Failure> {
+        let report = |(set, alone, atlas): &(Set, Loaded, Atlas)| {
+            Ok(SetReport {
+                name: set.name.clone(),
+                faces: set.polygons.len(),
+                result: ResultReport::new(atlas),
+                metrics: self.json.as_ref().map(|_| self.metrics(alone.mesh(), atlas)).transpose()?,
+            })
+        };
+        let reports: Vec<SetReport> = made.sets.iter().map(report).collect::<Result<_, Failure>>()?;
+        Ok(Some(reports).filter(|reports| !reports.is_empty()))
+    }
+
     /// What `seamwright measure` would say of the output, but over the exposure that the run worked with.
-    fn metrics(&self, loaded: &Loaded, atlas: &Atlas) -> Result<AtlasRecord, Failure> {
-        let mesh = loaded.mesh();
+    fn metrics(&self, mesh: &Mesh, atlas: &Atlas) -> Result<AtlasRecord, Failure> {
         let polygons = PolygonView {
             positions: &mesh.positions,
             corners: &mesh.corners,
@@ -138,7 +203,7 @@ impl Job {
             corner_uv: Some(&atlas.corner_uv),
         };
         let exposure = SampledExposure { values: &atlas.exposure, weighting: Weighting::Cosine };
-        let name = self.output.display().to_string();
+        let name = self.target.path.display().to_string();
         measure(&name, polygons, Some(exposure), RESOLUTION)
             .map_err(|e| Failure::Unreached(format!("--json: {name} cannot be measured: {e}")))
     }
@@ -177,6 +242,36 @@ impl Job {
                 "--distortion {bound}: the atlas is written, but its distortion is {reached:.4}; allow that much or more charts"
             )
         })
+    }
+}
+
+/// What was made of a mesh.
+struct Made {
+    /// The whole.
+    atlas: Atlas,
+    /// The atlas of each set, with its mesh, where there are several.
+    sets: Vec<(Set, Loaded, Atlas)>,
+    /// Sets that have nothing to unwrap, in words.
+    empty: Vec<String>,
+}
+
+impl Made {
+    /// Every atlas that has a unit square of its own.
+    fn all(&self) -> impl Iterator<Item = &Atlas> {
+        let whole = self.sets.is_empty().then_some(&self.atlas);
+        whole.into_iter().chain(self.sets.iter().map(|(_, _, atlas)| atlas))
+    }
+
+    /// A contact sheet, or one of each set, numbered from 0, as PNG.
+    fn pictures(&self, path: &Path, loaded: &Loaded, pool: &Pool) -> Vec<(PathBuf, Vec<u8>)> {
+        if self.sets.is_empty() {
+            return vec![(path.to_path_buf(), draw(loaded, &self.atlas, pool))];
+        }
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let numbered = self.sets.iter().enumerate();
+        numbered
+            .map(|(k, (_, alone, atlas))| (path.with_file_name(format!("{stem}_{k}.png")), draw(alone, atlas, pool)))
+            .collect()
     }
 }
 

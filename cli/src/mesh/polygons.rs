@@ -1,6 +1,6 @@
 //! A polygon mesh in memory, whatever file it came from.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// A polygon mesh as its file has it: nothing merged, nothing repaired.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,7 +13,16 @@ pub struct Mesh {
     pub polygon_start: Vec<u32>, // (p + 1)
     /// UV of each corner, where the file has any; NaN where a corner has none.
     pub corner_uv: Option<Vec<DVec2>>, // (c)
+    /// Normal of each corner, of any length, where the file has any; zero where a corner has none.
+    pub corner_normals: Option<Vec<Vec3>>, // (c)
+    /// What the file says of the edge from each corner to the next of its polygon: 0 or [`SHADING_BREAK`].
+    pub edge_marks: Option<Vec<u8>>, // (c)
+    /// How far positions may be from what they stand for; see [`precision`](super::precision).
+    pub tolerance: f64,
 }
+
+/// Mark of an edge at which the shading breaks.
+pub const SHADING_BREAK: u8 = 2;
 
 /// No UV.
 pub const NO_UV: DVec2 = DVec2::NAN;
@@ -22,6 +31,11 @@ impl Mesh {
     /// A mesh of nothing.
     pub fn new() -> Self {
         Self { polygon_start: vec![0], ..Self::default() }
+    }
+
+    /// The coordinate farthest from 0.
+    pub fn largest_coordinate(&self) -> f64 {
+        self.positions.iter().fold(0.0, |largest, p| f64::max(largest, p.abs().max_element()))
     }
 
     /// Number of polygons.

@@ -5,7 +5,7 @@
 use super::asked::{InputReport, SettingsReport};
 use super::learning::LearningReport;
 use super::parts::PartReport;
-use super::result::ResultReport;
+use super::result::{ResultReport, SetReport};
 use crate::figures::record::AtlasRecord;
 use crate::run::progress::StageTime;
 use serde::Serialize;
@@ -24,6 +24,9 @@ pub struct RunReport {
     pub settings: SettingsReport,
     /// What came out, in core's own figures.
     pub result: ResultReport,
+    /// The atlases, where there are several; `result` is all of them together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub atlases: Option<Vec<SetReport>>,
     /// Parts and their charts, where the mesh was cut into parts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parts: Option<Vec<PartReport>>,

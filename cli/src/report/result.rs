@@ -1,5 +1,6 @@
 //! What came out, for the report, and what the user should know of it.
 
+use crate::figures::record::AtlasRecord;
 use crate::run::atlas::Atlas;
 use seamwright_core::mesh::repair;
 use serde::Serialize;
@@ -19,6 +20,19 @@ pub struct ResultReport {
     pub overlapping: usize,
     /// What was repaired in the working copy.
     pub repaired: RepairReport,
+}
+
+/// One of several atlases.
+#[derive(Debug, Serialize)]
+pub struct SetReport {
+    /// Its object's name; empty where it has none.
+    pub name: String,
+    /// Polygons.
+    pub faces: usize,
+    /// What came out.
+    pub result: ResultReport,
+    /// The figures of `seamwright measure`, over the run's own exposure.
+    pub metrics: Option<AtlasRecord>,
 }
 
 /// What was repaired in the working copy; the file keeps all of it. Core says what each count means.

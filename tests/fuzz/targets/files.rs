@@ -96,7 +96,7 @@ fn labelled(path: &Path) {
         positions: (0..6).map(|i| DVec3::new((i % 3) as f64, (i / 3) as f64, 0.0)).collect(),
         corners: vec![0, 1, 4, 3, 1, 2, 5, 4],
         polygon_start: vec![0, 4, 8],
-        corner_uv: None,
+        ..Mesh::default()
     };
     if let Some(labels) = refused(labels::read::read("--labels", path, &mesh, Path::new("strip.obj")), path) {
         assert!(labels.label.len() == 2 && labels.label.iter().all(|l| (*l as usize) < labels.names.len()));

@@ -103,7 +103,7 @@ mod tests {
     /// Two quads side by side.
     fn quads() -> Mesh {
         let positions = (0..6).map(|i| DVec3::new((i % 3) as f64, (i / 3) as f64, 0.0)).collect();
-        Mesh { positions, corners: vec![0, 1, 4, 3, 1, 2, 5, 4], polygon_start: vec![0, 4, 8], corner_uv: None }
+        Mesh { positions, corners: vec![0, 1, 4, 3, 1, 2, 5, 4], polygon_start: vec![0, 4, 8], ..Mesh::default() }
     }
 
     fn soup(faces: &[&[[f64; 2]]]) -> Mesh {

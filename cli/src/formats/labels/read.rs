@@ -6,10 +6,11 @@ use super::kind::LabelKind;
 use super::of_faces::Labels;
 use super::{places, text};
 use crate::base::failure::Failure;
-use crate::formats::bare::Bare;
 use crate::formats::error::FormatError;
 use crate::formats::gltf::read as gltf;
+use crate::formats::model::Model;
 use crate::formats::ply::read as ply;
+use crate::formats::reading::Reading;
 use crate::mesh::polygons::Mesh;
 use std::path::Path;
 
@@ -24,21 +25,21 @@ pub fn read(flag: &str, path: &Path, mesh: &Mesh, mesh_path: &Path) -> Result<La
     let found = match kind {
         LabelKind::Seg => text::seg(&bytes, mesh.polygon_count()).map(Labels::of_numbers),
         LabelKind::Json => text::json(&bytes, mesh.polygon_count()).map(Labels::of_names),
-        LabelKind::Ply => coloured(ply::read(&bytes), mesh),
-        LabelKind::Glb => coloured(gltf::read(&bytes, folder), mesh),
+        LabelKind::Ply => coloured(ply::read(bytes, Reading::default()).map(|file| file.model), mesh),
+        LabelKind::Glb => coloured(gltf::read(&bytes, folder, Reading::default()).map(|file| file.model), mesh),
     };
     found.map_err(|problem| refuse(problem.replace("THE MESH", &mesh_path.display().to_string())))
 }
 
 /// Labels of a segmented mesh, carried over to `mesh`. Problems call the mesh THE MESH.
-fn coloured(bare: Result<Bare, FormatError>, mesh: &Mesh) -> Result<Labels, String> {
-    let bare = bare.map_err(|e| e.to_string())?;
-    let marks = bare.marks.ok_or("no labels or colours of faces or vertices; export it with them")?;
-    let source = places::matching(mesh, &bare.mesh).map_err(|unmatched| {
+fn coloured(model: Result<Model, FormatError>, mesh: &Mesh) -> Result<Labels, String> {
+    let model = model.map_err(|e| e.to_string())?;
+    let marks = model.marks.ok_or("no labels or colours of faces or vertices; export it with them")?;
+    let source = places::matching(mesh, &model.mesh).map_err(|unmatched| {
         format!(
             "{unmatched} of the {} faces of THE MESH have no face at their place among the {} here; use labels of this very mesh",
             mesh.polygon_count(),
-            bare.mesh.polygon_count()
+            model.mesh.polygon_count()
         )
     })?;
     Ok(Labels::of_marks(source.into_iter().map(|face| marks[face as usize])))

@@ -80,7 +80,7 @@ mod tests {
     fn what_is_written_reads_back() {
         let positions = (0..6).map(|i| DVec3::new((i % 3) as f64 / 3.0, (i / 3) as f64, 0.1)).collect();
         let mesh =
-            Mesh { positions, corners: vec![0, 1, 4, 3, 1, 2, 5, 4], polygon_start: vec![0, 4, 8], corner_uv: None };
+            Mesh { positions, corners: vec![0, 1, 4, 3, 1, 2, 5, 4], polygon_start: vec![0, 4, 8], ..Mesh::default() };
         let folder = tempfile::tempdir().unwrap();
         for name in ["a.seg", "a.json", "a.ply", "a.glb"] {
             let path = folder.path().join(name);

@@ -3,7 +3,7 @@
 use super::problem::Problem;
 use super::statement::Words;
 use crate::mesh::polygons::NO_UV;
-use glam::DVec2;
+use glam::{DVec2, Vec3};
 
 /// A finite number.
 pub(super) fn coordinate(word: &[u8]) -> Result<f64, Problem> {
@@ -21,6 +21,15 @@ pub(super) fn texture(words: Words) -> DVec2 {
         *value = coordinate(word).unwrap_or(f64::NAN);
     }
     if uv.iter().all(|x| x.is_finite()) { DVec2::from(uv) } else { NO_UV }
+}
+
+/// A normal; NaN where a word is no number, zero where words are missing.
+pub(super) fn normal(words: Words) -> Vec3 {
+    let mut xyz = [0.0; 3];
+    for (value, word) in xyz.iter_mut().zip(words) {
+        *value = coordinate(word).map_or(f32::NAN, |x| x as f32);
+    }
+    Vec3::from(xyz)
 }
 
 /// `v`, `v/vt`, `v//vn`, `v/vt/vn`, empty fields allowed after the first.

@@ -1,19 +1,17 @@
 //! An OBJ file in memory: its bytes, its mesh, and the places that a new atlas changes.
 
-use crate::mesh::polygons::Mesh;
+use crate::formats::model::Model;
 
 /// An OBJ file: its bytes, its mesh, and what a new atlas changes.
 pub struct ObjFile {
     /// The file's bytes.
     pub source: Vec<u8>,
-    /// The polygons of its `f` statements.
-    pub mesh: Mesh,
+    /// The polygons of its `f` statements, and what stands beside them.
+    pub model: Model,
     /// Normal of each corner, from 1 as in the file; 0: none. Empty where no corner has one.
     pub corner_normal: Vec<u32>, // (c) or (0)
     /// What is rewritten, in the order of the file.
     pub edits: Vec<Edit>,
-    /// What was odd, in words for the user.
-    pub warnings: Vec<String>,
 }
 
 /// A span of the file that does not survive as it is.

@@ -93,6 +93,11 @@ impl<'a> Words<'a> {
         Self { text, at: 0 }
     }
 
+    /// What follows the words so far, as it stands there, comment and all.
+    pub fn rest(&self) -> &'a [u8] {
+        self.text[self.at..].trim_ascii()
+    }
+
     /// The next word's first byte and end.
     pub fn next_span(&mut self) -> Option<(usize, usize)> {
         while self.at < self.text.len() && is_blank(self.text, self.at) {

@@ -19,7 +19,7 @@ use std::io::{self, Write};
 ///
 /// Panics unless `corner_uv` has one entry for each corner of the file's mesh.
 pub fn write(out: &mut dyn Write, file: &ObjFile, corner_uv: &[DVec2], groups: Option<&Groups>) -> io::Result<()> {
-    assert_eq!(corner_uv.len(), file.mesh.corners.len(), "one UV a corner");
+    assert_eq!(corner_uv.len(), file.model.mesh.corners.len(), "one UV a corner");
     let (source, table) = (&file.source, UvTable::new(corner_uv));
     let mut written = 0; // bytes of the source that are dealt with
     let mut polygon = 0;
@@ -64,11 +64,11 @@ fn write_face(out: &mut dyn Write, text: &[u8], file: &ObjFile, table: &UvTable,
     let (keyword, mut written) = words.next_span().unwrap_or((0, 0));
     write_gap(out, &text[..keyword])?;
     out.write_all(&text[keyword..written])?;
-    for c in file.mesh.polygon(polygon) {
+    for c in file.model.mesh.polygon(polygon) {
         let Some((start, end)) = words.next_span() else { break };
         write_gap(out, &text[written..start])?;
         let normal = file.corner_normal.get(c).copied().unwrap_or(0);
-        write_corner(out, file.mesh.corners[c], table.corner_texture[c], normal)?;
+        write_corner(out, file.model.mesh.corners[c], table.corner_texture[c], normal)?;
         written = end;
     }
     write_gap(out, &text[written..])
@@ -155,7 +155,7 @@ mod tests {
 
     fn rewritten(source: &[u8], uv: impl Fn(usize) -> DVec2) -> String {
         let file = read(source.to_vec()).unwrap();
-        let uv: Vec<_> = (0..file.mesh.corners.len()).map(uv).collect();
+        let uv: Vec<_> = (0..file.model.mesh.corners.len()).map(uv).collect();
         let mut out = Vec::new();
         write(&mut out, &file, &uv, None).unwrap();
         String::from_utf8(out).unwrap()

@@ -41,48 +41,73 @@ impl ScalarType {
 }
 
 /// A number, or a list of them, of each item of an element.
+#[derive(Debug)]
 pub(super) struct Property {
     pub name: String,
     pub kind: ScalarType,
     /// Type of the length, for a list.
     pub list: Option<ScalarType>,
+    /// Its line among those of the header.
+    pub line: usize,
 }
 
 /// Items of one kind, such as vertices.
+#[derive(Debug)]
 pub(super) struct Element {
     pub name: String,
     pub count: usize,
     pub properties: Vec<Property>,
+    /// Its line among those of the header.
+    pub line: usize,
 }
 
 /// What the header says.
+#[derive(Debug)]
 pub(super) struct PlyHeader {
     pub elements: Vec<Element>,
     pub encoding: Encoding,
-    /// First byte of the values, and its line from 1.
-    pub end: (usize, usize),
+    /// First byte and end of each line, its line end included; the last one is `end_header`.
+    pub lines: Vec<(usize, usize)>,
+    /// What was odd.
+    pub warnings: Vec<String>,
 }
 
 /// How values are written.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Encoding {
     Text,
     Little,
     Big,
 }
 
+impl Element {
+    /// The place of the first of its properties that has one of these names.
+    pub fn find(&self, names: &[&str]) -> Option<usize> {
+        self.properties.iter().position(|property| names.contains(&property.name.as_str()))
+    }
+}
+
+/// Names of the list of a face's vertices.
+pub(super) const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// Longest line of a header that is shown.
+const SHOWN: usize = 60;
+
 impl PlyHeader {
     /// Reads it from the file's bytes.
     pub fn read(bytes: &[u8]) -> Result<Self, FormatError> {
-        let mut elements: Vec<Element> = Vec::new();
+        let mut header =
+            Self { elements: Vec::new(), encoding: Encoding::Text, lines: Vec::new(), warnings: Vec::new() };
         let mut encoding = None;
-        let (mut at, mut line) = (0, 0);
+        let mut at = 0;
         loop {
             let rest = bytes.get(at..).filter(|rest| !rest.is_empty());
             let rest = rest.ok_or_else(|| FormatError::whole("no end_header; is this a PLY file?"))?;
             let end = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
+            let start = at;
             at += (end + if rest[end..].starts_with(b"\r\n") { 2 } else { 1 }).min(rest.len());
-            line += 1;
+            header.lines.push((start, at));
+            let line = header.lines.len();
             let text = String::from_utf8_lossy(&rest[..end]);
             let words: Vec<&str> = text.split_whitespace().collect();
             let wrong = |problem: &str| FormatError { line, problem: format!("{problem}: '{}'", text.trim()) };
@@ -102,29 +127,35 @@ impl PlyHeader {
                 }
                 ["element", name, count] => {
                     let count = count.parse().map_err(|_| wrong("not a count"))?;
-                    elements.push(Element { name: name.to_string(), count, properties: Vec::new() });
+                    let (name, line) = (name.to_string(), line - 1);
+                    header.elements.push(Element { name, count, properties: Vec::new(), line });
                 }
                 ["property", ref rest @ ..] => {
                     let kind = |name| ScalarType::of(name).ok_or_else(|| wrong("unknown type"));
-                    let property = match *rest {
-                        ["list", length, item, name] => {
-                            Property { name: name.to_string(), kind: kind(item)?, list: Some(kind(length)?) }
-                        }
-                        [item, name] => Property { name: name.to_string(), kind: kind(item)?, list: None },
+                    let (name, kind, list) = match *rest {
+                        ["list", length, item, name] => (name, kind(item)?, Some(kind(length)?)),
+                        [item, name] => (name, kind(item)?, None),
                         _ => return Err(wrong("not a property")),
                     };
-                    elements
-                        .last_mut()
-                        .ok_or_else(|| wrong("a property before any element"))?
-                        .properties
-                        .push(property);
+                    let element = header.elements.last_mut().ok_or_else(|| wrong("a property before any element"))?;
+                    element.properties.push(Property { name: name.to_string(), kind, list, line: line - 1 });
                 }
                 ["end_header"] => break,
                 [] | ["comment" | "obj_info", ..] => {}
-                _ => return Err(wrong("unknown header line")),
+                ["format" | "element", ..] => return Err(wrong("not a line of a header")),
+                // What old exporters say of themselves. It stays, and so may what follows.
+                _ => {
+                    let shown: String = text.trim().chars().take(SHOWN).collect();
+                    header.warnings.push(format!("line {line} of the header is not known and stays: '{shown}'"));
+                }
             }
         }
-        let encoding = encoding.ok_or_else(|| FormatError::whole("the header names no format; export it again"))?;
-        Ok(Self { elements, encoding, end: (at, line + 1) })
+        header.encoding = encoding.ok_or_else(|| FormatError::whole("the header names no format; export it again"))?;
+        Ok(header)
+    }
+
+    /// First byte of the values.
+    pub fn end(&self) -> usize {
+        self.lines.last().map_or(0, |line| line.1)
     }
 }

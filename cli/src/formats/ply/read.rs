@@ -1,61 +1,129 @@
 //! PLY, text and binary of both byte orders, from its bytes.
 //!
-//! Read: `vertex` (x, y, z; u and v under their usual names), `face` (`vertex_indices` or `vertex_index`; `texcoord`, two
-//! numbers a corner), labels (`label`, `part` or `segment` of a face) or colours of faces or vertices, and `tristrips`.
-//! Every other element and property is read past. Faces of fewer than three corners are dropped with a warning. Guarantee: no panic, and no more memory than the file's size calls for.
+//! Read: `vertex` (x, y, z; nx, ny, nz; colours; u and v under their usual names), `face` (`vertex_indices` or `vertex_index`;
+//! `texcoord`, two numbers a corner, `texcoord1` and so on for further sets), labels (`label`, `part` or `segment` of a face)
+//! or colours of faces or vertices, and `tristrips`. Every other element and property is read past. Faces of fewer than three
+//! corners stay in the file and get no UV. Guarantee: no panic, and no more memory than the file's size calls for.
 
 use super::body::{Body, Short};
-use super::header::{Element, PlyHeader, ScalarType};
-use crate::formats::bare::{Bare, check};
+use super::file::PlyFile;
+use super::header::{CORNERS, Element, PlyHeader, ScalarType};
+use super::names::{U, V, texcoord, uv_set};
 use crate::formats::error::FormatError;
 use crate::formats::mark::Mark;
+use crate::formats::model::Model;
+use crate::formats::reading::Reading;
 use crate::mesh::polygons::{Mesh, NO_UV};
-use glam::{DVec2, DVec3};
+use crate::mesh::precision;
+use glam::{DVec2, DVec3, Vec3};
 
 /// Reads a PLY. O(bytes).
-pub fn read(bytes: &[u8]) -> Result<Bare, FormatError> {
-    let header = PlyHeader::read(bytes)?;
-    let mut body = Body::new(bytes, &header);
-    let mut build = PlyBuild { mesh: Mesh::new(), ..PlyBuild::default() };
-    for element in &header.elements {
-        if element.properties.is_empty() {
-            continue;
-        }
-        let mut values = vec![Vec::new(); element.properties.len()];
-        for i in 0..element.count {
-            for (property, into) in element.properties.iter().zip(&mut values) {
-                body.property(property, into).map_err(|error| match error {
-                    Short::Word(line, word) => {
-                        FormatError { line, problem: format!("'{word}' is not a number; correct the {}", element.name) }
-                    }
-                    Short::End => FormatError::whole(format!(
-                        "the file ends in {} {i} of {} (from 0); export it again",
-                        element.name, element.count
-                    )),
-                })?;
-            }
-            build.element(element, &values)?;
-        }
+pub fn read(source: Vec<u8>, reading: Reading) -> Result<PlyFile, FormatError> {
+    let header = PlyHeader::read(&source)?;
+    let with = |by_lines: bool| {
+        let build = PlyBuild { mesh: Mesh::new(), uv_name: texcoord(reading.uv_set), ..PlyBuild::default() };
+        build.read(Body::new(&source, &header, by_lines), &header, reading)
+    };
+    // A text that has not a line for each item is one stream of words.
+    let build = match with(true) {
+        Err(Wrong::Layout) => with(false),
+        other => other,
+    };
+    let build = build.map_err(|e| match e {
+        Wrong::Layout => FormatError::whole("the file ends too soon; export it again"),
+        Wrong::Format(e) => e,
+    })?;
+    build.finish(source, header)
+}
+
+/// Why there is no mesh.
+enum Wrong {
+    /// Items do not stand in lines.
+    Layout,
+    Format(FormatError),
+}
+
+impl From<FormatError> for Wrong {
+    fn from(e: FormatError) -> Self {
+        Wrong::Format(e)
     }
-    build.finish()
 }
 
 #[derive(Default)]
 struct PlyBuild {
     mesh: Mesh,
+    uv_name: String,
     vertex_uv: Vec<DVec2>,
+    vertex_normal: Vec<Vec3>, // (n) or (0)
+    colours: Vec<[f32; 4]>,   // (n) or fewer
     corner_uv: Vec<DVec2>,
-    small_faces: usize,
     vertex_marks: Vec<Mark>, // (n) or fewer
     face_marks: Vec<Mark>,   // (p) or fewer
+    small_faces: usize,
+    bad_vertex: Option<(usize, f64)>, // a face and what it names, which no vertex can be
+    faces: Option<usize>,
+    face_ends: Vec<(usize, bool)>,
+    strips_start: usize,
+    uv_values: Vec<(usize, usize, usize, usize)>,
+    beyond: Vec<(usize, usize)>,
+    beyond_line: usize,
 }
 
 impl PlyBuild {
-    fn element(&mut self, element: &Element, values: &[Vec<f64>]) -> Result<(), FormatError> {
-        let find = |names: &[&str]| {
-            let at = element.properties.iter().position(|p| names.contains(&p.name.as_str()));
-            at.map(|i| values[i].as_slice())
+    fn read(mut self, mut body: Body, header: &PlyHeader, reading: Reading) -> Result<Self, Wrong> {
+        let by_lines = body.by_lines();
+        for (e, element) in header.elements.iter().enumerate().filter(|(_, element)| !element.properties.is_empty()) {
+            let uvs: Vec<usize> = (0..element.properties.len()).filter(|p| uv_set(element, *p).is_some()).collect();
+            let mut values = vec![Vec::new(); element.properties.len()];
+            for i in 0..element.count {
+                body.begin();
+                if i == 0 && element.name == "tristrips" {
+                    self.strips_start = body.at;
+                }
+                for (p, (property, into)) in element.properties.iter().zip(&mut values).enumerate() {
+                    let start = body.at;
+                    body.property(element, property, into).map_err(|error| match error {
+                        Short::Line | Short::End if by_lines => Wrong::Layout,
+                        Short::Word(line, word) => {
+                            let problem = format!("'{word}' is not a number; correct the {}", element.name);
+                            Wrong::Format(FormatError { line, problem })
+                        }
+                        _ => Wrong::Format(FormatError::whole(format!(
+                            "the file ends in {} {i} of {} (from 0); export it again",
+                            element.name, element.count
+                        ))),
+                    })?;
+                    if uvs.contains(&p) {
+                        self.uv_values.push((e, p, start, body.at));
+                    }
+                }
+                let end = body.at;
+                if let Some((start, end, line)) = body.end() {
+                    if self.beyond.is_empty() {
+                        self.beyond_line = line;
+                    }
+                    self.beyond.push((start, end));
+                }
+                self.item(e, element, &values, end, reading)?;
+            }
+        }
+        self.mesh.tolerance = match body.decimals() {
+            Some(decimals) => decimals.tolerance(self.mesh.largest_coordinate()),
+            None => precision::of_doubles(self.mesh.positions.iter().flat_map(|p| p.to_array())),
         };
+        Ok(self)
+    }
+
+    /// Takes an item that ends at byte `end`.
+    fn item(
+        &mut self,
+        e: usize,
+        element: &Element,
+        values: &[Vec<f64>],
+        end: usize,
+        reading: Reading,
+    ) -> Result<(), FormatError> {
+        let find = |names: &[&str]| element.find(names).map(|i| values[i].as_slice());
         let scalar = |names: &[&str]| find(names).and_then(|list| list.first().copied());
         match element.name.as_str() {
             "vertex" => {
@@ -64,25 +132,37 @@ impl PlyBuild {
                     return Err(FormatError::whole("the vertices lack x, y or z; export the mesh again"));
                 };
                 self.mesh.positions.push(DVec3::new(x, y, z));
-                let u = scalar(&["u", "s", "texture_u"]);
-                let v = scalar(&["v", "t", "texture_v"]);
-                self.vertex_uv.push(u.zip(v).map_or(NO_UV, |(u, v)| DVec2::new(u, v)));
-                self.vertex_marks.extend(colour(element, values));
+                if let [Some(x), Some(y), Some(z)] = ["nx", "ny", "nz"].map(|name| scalar(&[name])) {
+                    self.vertex_normal.push(Vec3::new(x as f32, y as f32, z as f32));
+                }
+                let (u, v) = (scalar(&U), scalar(&V));
+                let uv = u.zip(v).filter(|_| reading.uv_set == 0).map_or(NO_UV, |(u, v)| DVec2::new(u, v));
+                self.vertex_uv.push(uv);
+                let colour = colour(element, values);
+                self.vertex_marks.extend(colour.map(|[r, g, b, _]| Mark::colour([r, g, b])));
+                self.colours.extend(colour.map(|c| c.map(|c| c as f32)));
             }
             "face" => {
-                if let Some(list) = find(&["vertex_indices", "vertex_index"]) {
-                    let faces = self.mesh.polygon_count();
-                    self.face(list, find(&["texcoord"]).unwrap_or_default());
-                    if self.mesh.polygon_count() > faces {
-                        let label = scalar(&["label", "part", "segment"]).map(|l| Mark::Label(l as i64));
-                        self.face_marks.extend(label.or_else(|| colour(element, values)));
-                    }
+                self.faces = Some(e);
+                let polygons = self.mesh.polygon_count();
+                if let Some(list) = find(&CORNERS) {
+                    let uv = element.find(&[self.uv_name.as_str()]).map(|i| values[i].as_slice());
+                    self.face(list, uv.unwrap_or_default());
                 }
+                let is_polygon = self.mesh.polygon_count() > polygons;
+                if is_polygon {
+                    let label = scalar(&["label", "part", "segment"]).map(|l| Mark::Label(l as i64));
+                    let colour = || colour(element, values).map(|[r, g, b, _]| Mark::colour([r, g, b]));
+                    self.face_marks.extend(label.or_else(colour));
+                }
+                self.face_ends.push((end, is_polygon));
             }
-            "tristrips" => {
-                if let Some(list) = find(&["vertex_indices", "vertex_index"]) {
+            "tristrips" if self.faces.is_none_or(|faces| faces == e) => {
+                self.faces = Some(e);
+                if let Some(list) = find(&CORNERS) {
                     self.strips(list);
                 }
+                self.face_ends.push((end, false));
             }
             _ => {}
         }
@@ -95,8 +175,10 @@ impl PlyBuild {
             return;
         }
         for (i, vertex) in list.iter().enumerate() {
-            // What is negative, broken or too large names no vertex, which the check at the end reports.
-            let whole = *vertex >= 0.0 && vertex.fract() == 0.0;
+            let whole = *vertex >= 0.0 && vertex.fract() == 0.0 && *vertex < f64::from(u32::MAX);
+            if !whole {
+                self.bad_vertex.get_or_insert((self.mesh.polygon_count(), *vertex));
+            }
             self.mesh.corners.push(if whole { *vertex as u32 } else { u32::MAX });
             self.corner_uv.push(uv.get(2 * i..2 * i + 2).map_or(NO_UV, |uv| DVec2::new(uv[0], uv[1])));
         }
@@ -115,11 +197,16 @@ impl PlyBuild {
         }
     }
 
-    fn finish(mut self) -> Result<Bare, FormatError> {
-        if self.mesh.corners.len() >= u32::MAX as usize || self.mesh.positions.len() >= u32::MAX as usize {
+    fn finish(mut self, source: Vec<u8>, header: PlyHeader) -> Result<PlyFile, FormatError> {
+        let n = self.mesh.positions.len();
+        if self.mesh.corners.len() >= u32::MAX as usize || n >= u32::MAX as usize {
             return Err(FormatError::whole("more vertices or corners than 32-bit indices can name; split the mesh"));
         }
-        check(&self.mesh)?;
+        if let Some((face, vertex)) = self.bad_vertex {
+            let text = format!("face {face} names vertex {vertex} (both from 0), but there are {n}; correct the face");
+            return Err(FormatError::whole(text));
+        }
+        self.mesh = Model::of(self.mesh).checked()?.mesh;
         let marks = self.marks();
         for (uv, vertex) in self.corner_uv.iter_mut().zip(&self.mesh.corners) {
             if !uv.is_finite() {
@@ -129,9 +216,33 @@ impl PlyBuild {
         if self.corner_uv.iter().any(|uv| uv.is_finite()) {
             self.mesh.corner_uv = Some(self.corner_uv);
         }
-        let small = self.small_faces;
-        let warning = (small > 0).then(|| format!("{small} faces have fewer than three corners and are left out"));
-        Ok(Bare { mesh: self.mesh, marks, warnings: warning.into_iter().collect(), ..Bare::default() })
+        if self.vertex_normal.len() == n && n > 0 {
+            let normals = self.mesh.corners.iter().map(|v| self.vertex_normal[*v as usize]);
+            self.mesh.corner_normals = Some(normals.collect());
+        }
+        let mut warnings = header.warnings.clone();
+        let (small, beyond) = (self.small_faces, self.beyond.len());
+        if small > 0 {
+            warnings.push(format!("{small} faces have fewer than three corners and get no UVs"));
+        }
+        if beyond > 0 {
+            let line = self.beyond_line;
+            warnings.push(format!(
+                "{beyond} lines hold more values than the header names (first: line {line}); these are left out"
+            ));
+        }
+        let colours = Some(self.colours).filter(|colours| n > 0 && colours.len() == n);
+        let model = Model { marks, colours, rest: rest(&header), warnings, ..Model::of(self.mesh) };
+        Ok(PlyFile {
+            source,
+            header,
+            faces: self.faces,
+            face_ends: self.face_ends,
+            strips_start: self.strips_start,
+            uv_values: self.uv_values,
+            beyond: self.beyond,
+            model,
+        })
     }
 
     /// A mark of each polygon: its own, or that of most of its corners.
@@ -152,9 +263,9 @@ impl PlyBuild {
 }
 
 /// The colour of an element: integers count to the largest of their type, floats to 1.
-fn colour(element: &Element, values: &[Vec<f64>]) -> Option<Mark> {
+fn colour(element: &Element, values: &[Vec<f64>]) -> Option<[f64; 4]> {
     let channel = |names: [&str; 2]| {
-        let at = element.properties.iter().position(|p| names.contains(&p.name.as_str()))?;
+        let at = element.find(&names)?;
         let largest = match element.properties[at].kind {
             ScalarType::F32 | ScalarType::F64 => 1.0,
             ScalarType::U16 | ScalarType::I16 => 65535.0,
@@ -162,8 +273,33 @@ fn colour(element: &Element, values: &[Vec<f64>]) -> Option<Mark> {
         };
         values[at].first().map(|c| c / largest)
     };
-    let rgb = [["red", "r"], ["green", "g"], ["blue", "b"]].map(channel);
-    Some(Mark::colour([rgb[0]?, rgb[1]?, rgb[2]?]))
+    let [r, g, b, a] = [["red", "r"], ["green", "g"], ["blue", "b"], ["alpha", "a"]].map(channel);
+    Some([r?, g?, b?, a.unwrap_or(1.0)])
+}
+
+/// What other formats do not take along: properties and elements, in words.
+fn rest(header: &PlyHeader) -> Vec<String> {
+    const VERTEX: [&str; 14] = ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha", "r", "g", "b", "a"];
+    let mut rest = Vec::new();
+    for element in &header.elements {
+        let known = |p: &usize| {
+            let name = element.properties[*p].name.as_str();
+            let own = match element.name.as_str() {
+                "vertex" => VERTEX.contains(&name),
+                "face" | "tristrips" => CORNERS.contains(&name),
+                _ => false,
+            };
+            own || uv_set(element, *p) == Some(0)
+        };
+        let names = (0..element.properties.len()).filter(|p| !known(p)).map(|p| element.properties[p].name.as_str());
+        let names: Vec<&str> = names.collect();
+        match element.name.as_str() {
+            _ if names.is_empty() => {}
+            "vertex" | "face" | "tristrips" => rest.push(format!("{} of {}", names.join(", "), element.name)),
+            name => rest.push(format!("{} items '{name}'", element.count)),
+        }
+    }
+    rest
 }
 
 #[cfg(test)]
@@ -197,6 +333,14 @@ mod tests {
         out
     }
 
+    fn model(bytes: Vec<u8>) -> Model {
+        read(bytes, Reading::default()).unwrap().model
+    }
+
+    fn mesh(text: &str) -> Mesh {
+        model(text.as_bytes().to_vec()).mesh
+    }
+
     #[test]
     fn labels_come_before_colours_of_faces_and_those_before_colours_of_vertices() {
         let file = |vertex: &str, face: &str, values: &str| {
@@ -204,7 +348,7 @@ mod tests {
                 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{vertex}\
                  element face 1\nproperty list uchar int vertex_indices\n{face}end_header\n{values}"
             );
-            read(text.as_bytes()).unwrap().marks
+            model(text.as_bytes().to_vec()).marks
         };
         let of_vertices = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
         let of_faces = "property float red\nproperty float green\nproperty float blue\n";
@@ -221,11 +365,27 @@ mod tests {
     #[test]
     fn text_and_both_byte_orders_give_the_same_mesh() {
         let text = format!("ply\r\nformat ascii 1.0\n{HEAD}0 0 0 1\n1 0 0 1\n1 1 0 1\r\n0 1 -2 1\n4 0 1 2 3\n2 0 1");
-        let text = read(text.as_bytes()).unwrap();
+        let text = model(text.into_bytes());
         assert_eq!(text.mesh.positions[3], DVec3::new(0.0, 1.0, -2.0));
         assert_eq!((&text.mesh.corners[..], text.warnings.len()), (&[0, 1, 2, 3][..], 1));
-        assert_eq!(read(&binary(false)).unwrap().mesh, text.mesh);
-        assert_eq!(read(&binary(true)).unwrap().mesh, text.mesh);
+        assert_eq!(model(binary(false)).mesh, text.mesh);
+        assert_eq!(model(binary(true)).mesh, text.mesh);
+    }
+
+    #[test]
+    fn normals_and_the_last_digit_of_coordinates_are_read() {
+        let file = |x: &str| {
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                 property float nx\nproperty float ny\nproperty float nz\nproperty float quality\nelement face 1\n\
+                 property list uchar int vertex_indices\nend_header\n{x} 0 0 1 0 0 .12345\n1 0 0 0 1 0 9\n0 1 0 0 0 1 9\n\
+                 3 2 0 1"
+            );
+            mesh(&text)
+        };
+        assert_eq!(file("0.25").corner_normals.unwrap(), [Vec3::Z, Vec3::X, Vec3::Y]);
+        assert_eq!(file("0.25").tolerance, 0.005);
+        assert_eq!(file("0").tolerance, 0.5f64.powi(24));
     }
 
     #[test]
@@ -233,28 +393,45 @@ mod tests {
         let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
             property float s\nproperty float t\nelement face 1\nproperty list uchar int vertex_index\n";
         let vertices = "end_header\n0 0 0 .1 .2\n1 0 0 .3 .4\n0 1 0 .5 .6\n3 0 1 2";
-        let mesh = read(format!("{head}{vertices}").as_bytes()).unwrap().mesh;
-        assert_eq!(mesh.corner_uv.unwrap()[1], DVec2::new(0.3, 0.4));
+        let of_vertices = mesh(&format!("{head}{vertices}"));
+        assert_eq!(of_vertices.corner_uv.unwrap()[1], DVec2::new(0.3, 0.4));
         let corners = format!("{head}property list uchar float texcoord\n{vertices} 6 0 0 1 0 0 1");
-        assert_eq!(read(corners.as_bytes()).unwrap().mesh.corner_uv.unwrap()[1], DVec2::new(1.0, 0.0));
+        assert_eq!(mesh(&corners).corner_uv.unwrap()[1], DVec2::new(1.0, 0.0));
     }
 
     #[test]
     fn strips_become_triangles_of_one_orientation() {
         let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty int x\nproperty int y\nproperty int z\n\
             element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0 1 1 0\n6 0 1 2 3 -1 0";
-        assert_eq!(read(text.as_bytes()).unwrap().mesh.corners, [0, 1, 2, 2, 1, 3]);
+        assert_eq!(mesh(&text).corners, [0, 1, 2, 2, 1, 3]);
+    }
+
+    #[test]
+    fn values_beyond_those_of_the_header_and_strange_lines_of_it_are_warnings() {
+        let head = "ply\nformat ascii 1.0\nMade by an exporter\nelement vertex 3\nproperty int x\nproperty int y\nproperty int z\n\
+            element face 2\nproperty list uchar int vertex_indices\nend_header\n";
+        let made = model(format!("{head}0 0 0\n1 0 0\n\n0 1 0 7\n3 0 1 2 3 0 1\n3 2 1 0 9 \n").into_bytes());
+        assert_eq!((&made.mesh.corners[..], made.warnings.len()), (&[0, 1, 2, 2, 1, 0][..], 2));
+        assert!(made.warnings[0].contains("line 3") && made.warnings[1].contains("3 lines"), "{:?}", made.warnings);
+        assert!(made.warnings[1].contains("line 14"), "{:?}", made.warnings);
+        // Items that do not stand in lines are a stream.
+        let made = model(format!("{head}0 0 0 1 0 0\n0 1\n0 3 0 1\n2 3 2 1 0").into_bytes());
+        assert_eq!((&made.mesh.corners[..], made.warnings.len()), (&[0, 1, 2, 2, 1, 0][..], 1));
     }
 
     #[test]
     fn what_is_wrong_is_named() {
-        let body = |body: &str| read(format!("ply\nformat ascii 1.0\n{HEAD}{body}").as_bytes()).unwrap_err();
+        let error = |text: &str| read(text.as_bytes().to_vec(), Reading::default()).err().unwrap();
+        let body = |body: &str| error(&format!("ply\nformat ascii 1.0\n{HEAD}{body}"));
         assert_eq!(body("0 0 0 1\n1 x 0 1").line, 14);
         assert!(body("0 0 0 1\n1 0 0 1").problem.contains("vertex 2 of 4"));
         assert!(body("0 0 0 1 1 0 0 1 1 1 0 1 0 1 0 1\n3 0 1 9 3 0 1 2").problem.contains("names vertex 9"));
+        assert!(
+            body("0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n3 0 1 2\n3 0 -1 2").problem.contains("face 1 names vertex -1")
+        );
         assert!(body("0 0 0 1 1 0 0 1 1 nan 0 1 0 1 0 1\n3 0 1 2 3 0 1 2").problem.contains("vertex 2"));
-        assert!(read(b"solid").unwrap_err().problem.contains("PLY"));
-        assert!(read(b"ply\nformat ascii 1.0\nelement vertex -1\n").is_err_and(|e| e.line == 3));
+        assert!(error("solid").problem.contains("PLY"));
+        assert!(error("ply\nformat ascii 1.0\nelement vertex -1\n").line == 3);
     }
 
     quickcheck! {
@@ -262,7 +439,7 @@ mod tests {
             let mut bytes = binary(big);
             let length = bytes.len();
             bytes[at % length] = byte;
-            let _ = (read(&bytes), read(&bytes[..cut % length]));
+            let _ = (read(bytes[..cut % length].to_vec(), Reading::default()), read(bytes, Reading::default()));
             true
         }
     }
