@@ -3,9 +3,14 @@
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
 use seamwright_core::learn::backbone::Widths;
-use seamwright_core::learn::kernels::{Float, Path};
-use seamwright_core::learn::losses::{Graph, LossWeights, PerLoss, Sizes, lattice_side};
-use seamwright_core::learn::tape::{NONE, REST, Replay, SEAM_NEIGHBOURS, Var, cosines, rest_of};
+use seamwright_core::learn::kernels::float::Float;
+use seamwright_core::learn::kernels::path::Path;
+use seamwright_core::learn::losses::{LossGraph, LossWeights, PerLoss, Sizes, lattice_side};
+use seamwright_core::learn::tape::angles::cosines;
+use seamwright_core::learn::tape::distortion::{REST, rest_of};
+use seamwright_core::learn::tape::operation::Replay;
+use seamwright_core::learn::tape::seam::NEIGHBOURS as SEAM_NEIGHBOURS;
+use seamwright_core::learn::tape::var::{NONE, Var};
 use std::collections::BTreeSet;
 
 /// A mesh in flat arrays.
@@ -23,7 +28,7 @@ pub struct Surface {
 /// A recorded graph with its memory.
 pub struct Learned<T> {
     /// The losses.
-    pub graph: Graph,
+    pub graph: LossGraph,
     /// Values of the tape.
     pub values: Vec<T>,
     /// Gradients of the tape.
@@ -59,7 +64,7 @@ impl<T: Float> Learned<T> {
         let Surface { positions, normals, exposure, faces } = surface;
         let (points, face_count) = (exposure.len(), faces.len() / 3);
         let sizes = Sizes { points, further: 0, side: lattice_side(points), scored: points, faces: face_count };
-        let graph = Graph::record(widths, sizes, spread, 0.1);
+        let graph = LossGraph::record(widths, sizes, spread, 0.1);
         let values = vec![T::ZERO; graph.tape.value_count()];
         let indices = vec![0; graph.tape.index_count()];
         let bytes = vec![0; graph.tape.scratch_need::<T>()];
@@ -92,7 +97,7 @@ impl<T: Float> Learned<T> {
         var.of_mut(&mut self.values).iter_mut().zip(from).for_each(|(to, from)| *to = T::of(*from));
     }
 
-    fn replay(&mut self, workers: &dyn Workers, work: impl FnOnce(&Graph, &mut Replay<T>)) {
+    fn replay(&mut self, workers: &dyn Workers, work: impl FnOnce(&LossGraph, &mut Replay<T>)) {
         let mut run = Replay {
             values: &mut self.values,
             gradients: &mut self.gradients,

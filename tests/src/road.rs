@@ -8,7 +8,8 @@ use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
 use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::measure::{Metrics, measure, measure_need};
-use seamwright_core::mesh::repair::{Facing, Polygons, repair, repair_need};
+use seamwright_core::mesh::polygons::Polygons;
+use seamwright_core::mesh::repair::{Facing, repair, repair_need};
 use seamwright_core::pipeline::{Input, Output, Report, Settings, UnwrapError, unwrap, unwrap_need};
 
 /// What core writes.

@@ -6,9 +6,10 @@
 use seamwright_core::base::workers::Serial;
 use seamwright_core::learn::adamw;
 use seamwright_core::learn::backbone::{NAMES, Widths};
-use seamwright_core::learn::kernels::{Float, Path};
+use seamwright_core::learn::kernels::float::Float;
+use seamwright_core::learn::kernels::path::Path;
 use seamwright_core::learn::losses::{Loss, LossWeights, lattice_side};
-use seamwright_core::learn::tape::Var;
+use seamwright_core::learn::tape::var::Var;
 use seamwright_tests::learned::{Learned, Surface};
 use serde_json::Value;
 

@@ -23,7 +23,7 @@ struct Mesh {
 
 /// What a decimation may not change.
 #[derive(Debug, PartialEq)]
-struct Shape {
+struct ComponentShape {
     bad_edges: usize,
     components: usize,
     euler: i64,
@@ -43,7 +43,7 @@ impl Mesh {
         MeshView { positions: &self.positions, faces: &self.faces }
     }
 
-    fn shape(&self) -> Shape {
+    fn shape(&self) -> ComponentShape {
         let mesh = self.view();
         let mut edges: BTreeMap<(u32, u32), Vec<bool>> = BTreeMap::new();
         let mut label: Vec<u32> = (0..self.positions.len() as u32).collect();
@@ -63,7 +63,7 @@ impl Mesh {
         border.iter().for_each(|(a, b)| join(&mut loops, *a, *b));
         let border_loops = border.keys().map(|v| root(&loops, *v)).collect::<BTreeSet<_>>().len();
         let euler = used.len() as i64 - edges.len() as i64 + self.faces.len() as i64;
-        Shape { bad_edges, components, euler, border_loops }
+        ComponentShape { bad_edges, components, euler, border_loops }
     }
 }
 

@@ -1,4 +1,5 @@
-//! The shape of the code: core uses few crates, dependencies are explained, files are short and open with what they are.
+//! The shape of the code: core uses few crates, dependencies are explained, files are short, open with what they are and cite
+//! pages that exist.
 //!
 //! The rooms of core and of the command, and how they may import each other, are looked at in floors/rooms.rs.
 //! `use` trees are expanded and every other path that begins with `crate::` is looked at too. Comments are skipped.
@@ -158,6 +159,38 @@ fn the_reason_of_every_dependency_is_written_down() {
     let names = ["core", "core/ffi", "cli", "tests"].into_iter().flat_map(dependencies);
     let missing: Vec<String> = names.filter(unexplained).collect();
     assert!(missing.is_empty(), "docs/ARCHITECTURE.md does not say why: {missing:?}");
+}
+
+/// Pages that a text cites and the repository lacks: paths that end with .md, and a name in capitals before a section's number.
+fn lost_pages(text: &str) -> Vec<String> {
+    let is_path = |c: char| c.is_alphanumeric() || "_-./".contains(c);
+    let paths = text.split(|c| !is_path(c)).map(|word| word.trim_end_matches('.')).filter(|word| word.ends_with(".md"));
+    let lost = paths.filter(|path| !root().join(path).is_file() && *path != ".md");
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let cited = words.windows(2).filter(|pair| {
+        let name = pair[0].trim_start_matches('(');
+        let is_name = name.len() > 4 && name.chars().all(|c| c.is_ascii_uppercase());
+        let number = pair[1].split(|c: char| !c.is_ascii_digit()).next().unwrap_or("");
+        is_name && (1..3).contains(&number.len()) // a longer one is a year
+    });
+    lost.map(String::from).chain(cited.map(|pair| pair.join(" "))).collect()
+}
+
+#[test]
+fn no_file_cites_a_page_that_is_not_here() {
+    let mut faults = Vec::new();
+    for folder in ["core", "cli", "tests"] {
+        for (file, text) in sources(folder) {
+            let comments =
+                text.lines().filter_map(|line| Some(line.split_once("//")?.1)).collect::<Vec<_>>().join("\n");
+            faults.extend(lost_pages(&comments).into_iter().map(|page| format!("{folder}/{file}: {page}")));
+        }
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+    assert_eq!(
+        lost_pages("see docs/RESULTS.md, docs/LOST.md (DESIGN 4.10) and SSE 4.2"),
+        ["docs/LOST.md", "(DESIGN 4.10)"]
+    );
 }
 
 #[test]

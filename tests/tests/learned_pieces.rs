@@ -7,8 +7,9 @@ use seamwright::run::threads::Pool;
 use seamwright_core::base::progress::{Progress, Stage};
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::learn::backbone::Widths;
-use seamwright_core::learn::train::{self, Sample};
-use seamwright_core::pipeline::learned::{Learning, MOST, Summary, learned_need};
+use seamwright_core::learn::training::{Sample, TrainSettings};
+use seamwright_core::pipeline::learned::learned_need;
+use seamwright_core::pipeline::learning::{LearnedSummary, Learning, MOST};
 use seamwright_core::pipeline::{Input, Method, Output, Settings, unwrap_by, unwrap_need};
 
 /// Vertices along a side of a sheet: 256 in all, more than the 200 from which on a piece is trained.
@@ -44,11 +45,11 @@ fn run(lanes: usize, threads: usize) -> (Vec<DVec2>, Vec<f32>, usize) {
     let input = Input::new(&positions, &corners, &polygon_start);
     let settings = Settings { rays: 16, ..Settings::default() };
     // Wide, so that a piece in training takes more than all the exact stages leave free.
-    let trained = train::Settings {
+    let trained = TrainSettings {
         widths: Widths { hidden: 256, code: 8 },
         steps: SHEETS as usize * STEPS,
         batch: 200,
-        ..train::Settings::STANDARD
+        ..TrainSettings::STANDARD
     };
     let (triangles, parameters) = (corners.len() / 2, trained.widths.parameter_count());
     let need =
@@ -62,7 +63,7 @@ fn run(lanes: usize, threads: usize) -> (Vec<DVec2>, Vec<f32>, usize) {
         frames: &mut frames,
         weights: &mut weights,
         curve: &mut [Sample::default(); 4],
-        summary: Summary::default(),
+        summary: LearnedSummary::default(),
     };
     let output = Output { corner_uv: &mut uv, polygon_chart: &mut chart, exposure: &mut exposure };
     let mut rounds = Rounds::default();

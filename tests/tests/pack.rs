@@ -4,7 +4,10 @@ use glam::DVec2;
 use seamwright_core::base::random::unit_f64;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::{Serial, Workers};
-use seamwright_core::pack::{Charts, Mode, Placement, Settings, Summary, pack, pack_need};
+use seamwright_core::pack::flat_charts::FlatCharts;
+use seamwright_core::pack::layout::{pack, pack_need};
+use seamwright_core::pack::placement::Placement;
+use seamwright_core::pack::settings::{Mode, PackSettings, PackSummary};
 
 /// Charts as fans or strips of triangles; every triangle has vertices of its own chart only.
 #[derive(Default)]
@@ -43,18 +46,18 @@ impl Set {
         self
     }
 
-    fn view(&self) -> Charts<'_> {
-        Charts { uv: &self.uv, faces: &self.faces, chart: &self.chart, count: self.count }
+    fn view(&self) -> FlatCharts<'_> {
+        FlatCharts { uv: &self.uv, faces: &self.faces, chart: &self.chart, count: self.count }
     }
 
-    fn pack_with(&self, settings: &Settings, workers: &dyn Workers) -> (Vec<Placement>, Summary) {
+    fn pack_with(&self, settings: &PackSettings, workers: &dyn Workers) -> (Vec<Placement>, PackSummary) {
         let mut bytes = vec![0; pack_need(self.faces.len(), self.count, settings)];
         let mut placements = vec![Placement::IDENTITY; self.count];
         let summary = pack(&mut placements, &self.view(), settings, &mut Scratch::new(&mut bytes), workers).unwrap();
         (placements, summary)
     }
 
-    fn pack(&self, settings: &Settings) -> (Vec<Placement>, Summary) {
+    fn pack(&self, settings: &PackSettings) -> (Vec<Placement>, PackSummary) {
         self.pack_with(settings, &Serial)
     }
 
@@ -79,7 +82,7 @@ impl Set {
     }
 
     /// What every tight packing must keep.
-    fn assert_valid(&self, placements: &[Placement], summary: &Summary, settings: &Settings) {
+    fn assert_valid(&self, placements: &[Placement], summary: &PackSummary, settings: &PackSettings) {
         let inside = |p: &DVec2| p.min_element() >= 0.0 && p.max_element() <= 1.0;
         assert!(self.placed(placements).iter().flatten().all(inside), "inside the unit square");
         for p in placements {
@@ -126,7 +129,7 @@ impl Workers for Backwards {
 #[test]
 fn sixteen_equal_squares_fill_nearly_everything() {
     let set = (0..16).fold(Set::default(), |set, i| set.boxes(&[[i as f64, 2.0, 1.0, 1.0]]));
-    let settings = Settings { padding: 2, ..Settings::default() };
+    let settings = PackSettings { padding: 2, ..PackSettings::default() };
     let (placements, summary) = set.pack(&settings);
     set.assert_valid(&placements, &summary, &settings);
     // Four in a row with three gaps of 2 texels: (1018 / 1024)^2 = .988; the rest is what the search leaves.
@@ -136,8 +139,8 @@ fn sixteen_equal_squares_fill_nearly_everything() {
 #[test]
 fn an_l_and_a_square_make_a_square() {
     let set = Set::default().boxes(&[[0.0, 0.0, 2.0, 1.0], [0.0, 1.0, 1.0, 1.0]]).boxes(&[[5.0, 5.0, 0.99, 0.99]]);
-    let (placements, summary) = set.pack(&Settings::default());
-    set.assert_valid(&placements, &summary, &Settings::default());
+    let (placements, summary) = set.pack(&PackSettings::default());
+    set.assert_valid(&placements, &summary, &PackSettings::default());
     assert!(summary.utilisation > 0.96, "{summary:?}");
 }
 
@@ -145,8 +148,8 @@ fn an_l_and_a_square_make_a_square() {
 fn a_hole_takes_the_chart_that_fits_it() {
     let frame = [[0.0, 0.0, 3.0, 0.9], [0.0, 0.9, 0.9, 1.2], [2.1, 0.9, 0.9, 1.2], [0.0, 2.1, 3.0, 0.9]];
     let set = Set::default().boxes(&frame).boxes(&[[9.0, 0.0, 1.0, 1.0]]);
-    let (placements, summary) = set.pack(&Settings::default());
-    set.assert_valid(&placements, &summary, &Settings::default());
+    let (placements, summary) = set.pack(&PackSettings::default());
+    set.assert_valid(&placements, &summary, &PackSettings::default());
     // 7.56 + 1 of 9 when the square is inside.
     assert!(summary.utilisation > 0.9, "{summary:?}");
 }
@@ -155,7 +158,7 @@ fn a_hole_takes_the_chart_that_fits_it() {
 fn random_charts_keep_their_distance() {
     for (seed, charts, padding, size) in [(1, 2, 0, 512), (2, 5, 2, 1024), (3, 12, 8, 512), (4, 40, 3, 1024)] {
         let set = (0..charts).fold(Set::default(), |set, _| set.star(seed, 9));
-        let settings = Settings { padding, size, seed, effort: 0.2, ..Settings::default() };
+        let settings = PackSettings { padding, size, seed, effort: 0.2, ..PackSettings::default() };
         let (placements, summary) = set.pack(&settings);
         set.assert_valid(&placements, &summary, &settings);
     }
@@ -164,14 +167,14 @@ fn random_charts_keep_their_distance() {
 #[test]
 fn many_charts_keep_their_distance_without_separation() {
     let set = (0..200).fold(Set::default(), |set, _| set.star(5, 5));
-    let (placements, summary) = set.pack(&Settings::default());
-    set.assert_valid(&placements, &summary, &Settings::default());
+    let (placements, summary) = set.pack(&PackSettings::default());
+    set.assert_valid(&placements, &summary, &PackSettings::default());
 }
 
 #[test]
 fn the_order_of_tasks_changes_no_bit() {
     let set = (0..6).fold(Set::default(), |set, _| set.star(6, 11));
-    let settings = Settings { effort: 0.1, ..Settings::default() };
+    let settings = PackSettings { effort: 0.1, ..PackSettings::default() };
     assert_eq!(set.pack_with(&settings, &Serial), set.pack_with(&settings, &Backwards));
 }
 
@@ -180,7 +183,7 @@ fn scaling_by_a_power_of_two_changes_no_turn() {
     let set = (0..4).fold(Set::default(), |set, _| set.star(7, 8));
     let mut large = (0..4).fold(Set::default(), |set, _| set.star(7, 8));
     large.uv.iter_mut().for_each(|p| *p *= 1024.0);
-    let settings = Settings { effort: 0.1, ..Settings::default() };
+    let settings = PackSettings { effort: 0.1, ..PackSettings::default() };
     let (small, large) = (set.pack(&settings).0, large.pack(&settings).0);
     assert!(small.iter().zip(&large).all(|(a, b)| a.turn == b.turn && a.scale == b.scale * 1024.0));
 }
@@ -191,8 +194,8 @@ fn one_chart_turns_into_its_smallest_square() {
     let mut set = Set::default().boxes(&[[0.0, 0.0, 1.0, 1.0]]);
     let turn = DVec2::from_angle(0.7);
     set.uv.iter_mut().for_each(|p| *p = turn.rotate(*p));
-    let (placements, summary) = set.pack(&Settings::default());
-    set.assert_valid(&placements, &summary, &Settings { padding: 2, ..Settings::default() });
+    let (placements, summary) = set.pack(&PackSettings::default());
+    set.assert_valid(&placements, &summary, &PackSettings { padding: 2, ..PackSettings::default() });
     assert!(summary.utilisation > 1.0 - 1e-6, "{summary:?}");
 }
 
@@ -201,7 +204,7 @@ fn needles_points_and_empty_charts_are_placed() {
     let mut set =
         Set::default().boxes(&[[0.0, 0.0, 1.0, 1.0]]).boxes(&[[0.0, 0.0, 3.0, 0.0]]).boxes(&[[4.0, 4.0, 0.0, 0.0]]);
     set.count = 5; // charts 3 and 4 have no faces
-    let (placements, summary) = set.pack(&Settings::default());
+    let (placements, summary) = set.pack(&PackSettings::default());
     assert!(placements.iter().all(|p| p.scale.is_finite() && p.translation.is_finite()));
     assert_eq!(placements[4], Placement::IDENTITY);
     assert!(summary.utilisation.is_finite() && set.least_distance(&placements[..3]) * 1024.0 >= 2.0);
@@ -209,10 +212,10 @@ fn needles_points_and_empty_charts_are_placed() {
 
 #[test]
 fn nothing_and_coordinates_that_are_no_numbers_do_no_harm() {
-    assert_eq!(Set::default().pack(&Settings::default()).0, []);
+    assert_eq!(Set::default().pack(&PackSettings::default()).0, []);
     let mut set = Set::default().star(8, 5).star(8, 6);
     set.uv[1] = DVec2::new(f64::NAN, f64::INFINITY);
-    assert!(set.pack(&Settings::default()).0.iter().all(|p| p.translation.is_finite()));
+    assert!(set.pack(&PackSettings::default()).0.iter().all(|p| p.translation.is_finite()));
 }
 
 #[test]
@@ -220,7 +223,7 @@ fn extreme_scales_are_packed_or_left_but_never_panic() {
     for scale in [1e-300, 1e-150, 1e-12, 1e12, 1e150, 1e300] {
         let mut set = (0..4).fold(Set::default(), |set, _| set.star(12, 6));
         set.uv.iter_mut().for_each(|p| *p *= scale);
-        let settings = Settings { effort: 0.02, ..Settings::default() };
+        let settings = PackSettings { effort: 0.02, ..PackSettings::default() };
         let (placements, _) = set.pack(&settings);
         if (1e-12..=1e12).contains(&scale) {
             assert!(set.least_distance(&placements) * 1024.0 >= 2.0);
@@ -232,7 +235,7 @@ fn extreme_scales_are_packed_or_left_but_never_panic() {
 fn a_chart_as_wide_as_the_square_is_packed() {
     let set =
         Set::default().boxes(&[[0.0, 0.0, 9.0, 0.5]]).boxes(&[[0.0, 0.0, 9.0, 0.1]]).boxes(&[[0.0, 0.0, 0.1, 0.1]]);
-    let settings = Settings { effort: 0.05, ..Settings::default() };
+    let settings = PackSettings { effort: 0.05, ..PackSettings::default() };
     let (placements, summary) = set.pack(&settings);
     set.assert_valid(&placements, &summary, &settings);
     assert!(summary.utilisation > 5.4 / 81.0 * 0.98, "{summary:?}");
@@ -245,7 +248,7 @@ fn a_long_chart_among_many_stays_in_the_square_and_off_the_others() {
         let long = Set::default().boxes(&[[0.0, 0.0, 7.5 + 0.25 * seed as f64, 2.5]]);
         let lead = (0..4).fold(long, |set, _| set.boxes(&[[0.0, 0.0, 2.5, 2.5]]));
         let set = (0..16).fold(lead, |set, _| set.boxes(&[[0.0, 0.0, 0.5, 0.5]]));
-        let settings = Settings { effort: 0.1, seed, ..Settings::default() };
+        let settings = PackSettings { effort: 0.1, seed, ..PackSettings::default() };
         let (placements, summary) = set.pack(&settings);
         set.assert_valid(&placements, &summary, &settings);
     }
@@ -254,7 +257,7 @@ fn a_long_chart_among_many_stays_in_the_square_and_off_the_others() {
 #[test]
 fn padding_that_cannot_be_kept_is_reported() {
     let set = (0..64).fold(Set::default(), |set, _| set.star(9, 4));
-    let (placements, summary) = set.pack(&Settings { size: 16, padding: 8, ..Settings::default() });
+    let (placements, summary) = set.pack(&PackSettings { size: 16, padding: 8, ..PackSettings::default() });
     assert!(summary.padding < 8.0 && summary.padding >= 0.0);
     assert!(set.least_distance(&placements) * 16.0 >= summary.padding);
 }
@@ -263,7 +266,7 @@ fn padding_that_cannot_be_kept_is_reported() {
 fn one_byte_too_little_is_refused_and_nothing_written() {
     for mode in [Mode::Tight, Mode::Grid] {
         let set = (0..3).fold(Set::default(), |set, _| set.star(10, 7));
-        let settings = Settings { mode, effort: 0.05, ..Settings::default() };
+        let settings = PackSettings { mode, effort: 0.05, ..PackSettings::default() };
         let need = pack_need(set.faces.len(), set.count, &settings);
         let mut bytes = vec![0; need];
         let mut placements = vec![Placement::IDENTITY; 3];
@@ -278,7 +281,7 @@ fn one_byte_too_little_is_refused_and_nothing_written() {
 #[test]
 fn the_grid_follows_its_formula() {
     let set = (0..5).fold(Set::default(), |set, i| set.boxes(&[[i as f64, -1.0, 2.0, 1.0 + i as f64]]));
-    let settings = Settings { mode: Mode::Grid, size: 100, padding: 2, ..Settings::default() };
+    let settings = PackSettings { mode: Mode::Grid, size: 100, padding: 2, ..PackSettings::default() };
     let (placements, _) = set.pack(&settings);
     // G = ceil(sqrt 5) = 3, pad = 2 texels of a cell of 100/3; chart 4 stands in column 1 of row 1.
     let (cells, pad) = (3.0, 0.06);

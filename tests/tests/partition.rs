@@ -7,7 +7,7 @@ use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::{Serial, Workers};
 use seamwright_core::mesh::topology::{twins, twins_need};
 use seamwright_core::mesh::view::MeshView;
-use seamwright_core::parts::segmentation::{Count, Settings};
+use seamwright_core::parts::settings::{Count, PartSettings};
 use seamwright_core::pipeline::partition::{partition, partition_need};
 use seamwright_core::rays::binned::BinnedBuilder;
 use seamwright_tests::{load_obj, rand_error};
@@ -25,7 +25,7 @@ fn segment(path: &Path, count: Count, workers: &dyn Workers) -> (Vec<u32>, Vec<f
     let mut twin = vec![0; 3 * faces.len()];
     twins(&mut twin, mesh, Scratch::new(&mut bytes)).expect("enough scratch");
     let (mut labels, mut diameter) = (vec![0; faces.len()], vec![0.0; faces.len()]);
-    let settings = Settings { count, ..Default::default() };
+    let settings = PartSettings { count, ..Default::default() };
     let scratch = Scratch::new(&mut bytes);
     partition(&mut labels, &mut diameter, mesh, &twin, &settings, &BinnedBuilder, scratch, workers).expect("parts");
     (labels, diameter)

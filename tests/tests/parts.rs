@@ -10,7 +10,7 @@ use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::{Serial, Workers};
 use seamwright_core::judge::input::{UvMesh, fan};
 use seamwright_core::judge::measure::{measure, measure_need};
-use seamwright_core::parts::segmentation;
+use seamwright_core::parts::settings::PartSettings;
 use seamwright_core::pipeline::polygons::{Parts, Source, parts_of_polygons, parts_of_polygons_need};
 use seamwright_core::pipeline::{Input, Output, Packing, Settings, unwrap, unwrap_need};
 use seamwright_tests::shapes;
@@ -37,7 +37,7 @@ fn found(mesh: &Mesh, workers: &dyn Workers) -> (Vec<u32>, Vec<f32>) {
     let (mut part, mut diameter) = (vec![0; mesh.polygon_count()], vec![0.0; mesh.polygon_count()]);
     let mut bytes = vec![0; parts_of_polygons_need(&input, &ObvhsBuilder)];
     let out = Parts { part: &mut part, diameter: &mut diameter };
-    let source = Source::Shape(segmentation::Settings::default());
+    let source = Source::Shape(PartSettings::default());
     let scratch = Scratch::new(&mut bytes);
     let count = parts_of_polygons(out, &input, source, &ObvhsBuilder, scratch, workers, &mut Silent).expect("parts");
     assert!(part.iter().all(|p| (*p as usize) < count));

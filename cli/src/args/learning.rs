@@ -1,7 +1,7 @@
 //! How maps are trained, as asked.
 
 use clap::Args;
-use seamwright_core::learn::train;
+use seamwright_core::learn::training::TrainSettings;
 use std::path::PathBuf;
 
 /// How maps are trained (`neural`, `hybrid`).
@@ -29,7 +29,7 @@ pub struct LearningArgs {
 }
 
 fn preset(word: &str) -> Result<String, String> {
-    let known = train::Settings::preset(word).map(|_| word.to_string());
+    let known = TrainSettings::preset(word).map(|_| word.to_string());
     known.ok_or_else(|| "write draft, standard or paper".into())
 }
 

@@ -1,6 +1,6 @@
 //! How many parts, as asked.
 
-use seamwright_core::parts::segmentation;
+use seamwright_core::parts::settings::{Count, PartSettings};
 
 /// How many parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,14 +17,14 @@ pub enum PartsArg {
 
 impl PartsArg {
     /// As core takes it; `None` for off.
-    pub fn to_core(self, seed: u64) -> Option<segmentation::Settings> {
+    pub fn to_core(self, seed: u64) -> Option<PartSettings> {
         let count = match self {
             PartsArg::Off => return None,
-            PartsArg::Auto => segmentation::Count::Auto,
-            PartsArg::Count(count) => segmentation::Count::Exactly(count),
-            PartsArg::Published => segmentation::Count::PUBLISHED,
+            PartsArg::Auto => Count::Auto,
+            PartsArg::Count(count) => Count::Exactly(count),
+            PartsArg::Published => Count::PUBLISHED,
         };
-        Some(segmentation::Settings { count, seed })
+        Some(PartSettings { count, seed })
     }
 
     /// As on the command line.

@@ -12,7 +12,7 @@ use glam::DVec2;
 use seamwright_core::base::real;
 use seamwright_core::base::scratch::{Scratch, ScratchTooSmall};
 use seamwright_core::judge::agreement::{agreement, agreement_need};
-use seamwright_core::judge::cut_discrepancy::{Surface, cut_discrepancy, cut_discrepancy_need};
+use seamwright_core::judge::cut_discrepancy::{FileMesh, cut_discrepancy, cut_discrepancy_need};
 use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::wedges::{uv_topology, uv_topology_need};
 use seamwright_core::mesh::view::NONE;
@@ -98,7 +98,7 @@ pub fn compare(
     let mut bytes = vec![0; need];
     let mut compare = |(name, reference): &(String, Labels)| {
         let a = agreement(labels, &reference.label, &area, Scratch::new(&mut bytes))?;
-        let surface = Surface { positions: &mesh.positions, triangles: &faces };
+        let surface = FileMesh { positions: &mesh.positions, triangles: &faces };
         let theirs = of_triangles(&reference.label);
         let cuts = cut_discrepancy(surface, &ours, &theirs, Scratch::new(&mut bytes))?;
         let figures = AgreementFigures {

@@ -5,7 +5,7 @@ use crate::formats::model::Model;
 use crate::mesh::polygons::Mesh;
 use crate::run::atlas::Atlas;
 use glam::DVec2;
-use seamwright_core::mesh::repair::Summary;
+use seamwright_core::mesh::repair::RepairSummary;
 use seamwright_core::mesh::view::NONE;
 use seamwright_core::pipeline::Report;
 use std::collections::HashMap;
@@ -146,8 +146,8 @@ fn area(mesh: &Mesh, p: usize) -> f64 {
     0.5 * sum.length()
 }
 
-fn sum(a: &Summary, b: &Summary) -> Summary {
-    Summary {
+fn sum(a: &RepairSummary, b: &RepairSummary) -> RepairSummary {
+    RepairSummary {
         welded_vertices: a.welded_vertices + b.welded_vertices,
         dropped_triangles: a.dropped_triangles + b.dropped_triangles,
         dropped_polygons: a.dropped_polygons + b.dropped_polygons,

@@ -4,7 +4,7 @@ use super::font;
 use super::image::Image;
 use crate::base::colour::{FAINT, INK, PAPER, Rgb};
 use seamwright_core::learn::losses::Loss;
-use seamwright_core::learn::train::{Sample, Settings};
+use seamwright_core::learn::training::{Sample, TrainSettings};
 
 const PANEL: [usize; 2] = [420, 180];
 const GAP: usize = 16;
@@ -12,7 +12,7 @@ const HEADER: usize = 48;
 const LINE: Rgb = [180, 30, 40];
 
 /// Draws the curves as PNG. The visibility loss is the mean exposure of seams, each vertex weighted by its seam score.
-pub fn png(title: &str, samples: &[Sample], settings: &Settings) -> Vec<u8> {
+pub fn png(title: &str, samples: &[Sample], settings: &TrainSettings) -> Vec<u8> {
     let on: Vec<Loss> = Loss::ALL.into_iter().filter(|l| settings.weights.0[*l as usize] != 0.0).collect();
     let rows = on.len().div_ceil(2).max(1);
     let step = [PANEL[0] + GAP, PANEL[1] + GAP];
@@ -50,7 +50,7 @@ mod tests {
         let fall = |step: usize| Sample { step, losses: [1.0 / (step + 1) as f32; Loss::ALL.len()] };
         for count in [0, 1, 2, 999] {
             let samples: Vec<_> = (0..count).map(fall).collect();
-            assert!(png("a", &samples, &Settings::PAPER).starts_with(b"\x89PNG"));
+            assert!(png("a", &samples, &TrainSettings::PAPER).starts_with(b"\x89PNG"));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::figures::record::AtlasRecord;
 use crate::run::atlas::Atlas;
-use seamwright_core::mesh::repair;
+use seamwright_core::mesh::repair::RepairSummary;
 use serde::Serialize;
 
 /// What came out.
@@ -37,7 +37,7 @@ pub struct SetReport {
 
 /// What was repaired in the working copy; the file keeps all of it. Core says what each count means.
 #[derive(Debug, Serialize)]
-#[expect(missing_docs, reason = "the names are core's, see its repair::Summary")]
+#[expect(missing_docs, reason = "the names are core's, see its RepairSummary")]
 pub struct RepairReport {
     pub welded_vertices: usize,
     pub dropped_triangles: usize,
@@ -79,9 +79,9 @@ impl ResultReport {
     }
 }
 
-impl From<&repair::Summary> for RepairReport {
-    fn from(summary: &repair::Summary) -> Self {
-        let repair::Summary {
+impl From<&RepairSummary> for RepairReport {
+    fn from(summary: &RepairSummary) -> Self {
+        let RepairSummary {
             welded_vertices,
             dropped_triangles,
             dropped_polygons,

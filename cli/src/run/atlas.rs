@@ -13,7 +13,8 @@ use crate::training::trainer::Trainer;
 use glam::DVec2;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
-use seamwright_core::pipeline::learned::{MOST, learned_need};
+use seamwright_core::pipeline::learned::learned_need;
+use seamwright_core::pipeline::learning::MOST;
 use seamwright_core::pipeline::{Input, Method, Output, Report, Settings, unwrap_by, unwrap_need};
 
 /// A UV atlas of a mesh.

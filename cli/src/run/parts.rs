@@ -10,7 +10,7 @@ use crate::formats::loaded::Loaded;
 use crate::mesh::polygons::Mesh;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
-use seamwright_core::parts::segmentation::Settings;
+use seamwright_core::parts::settings::PartSettings;
 use seamwright_core::pipeline::Input;
 use seamwright_core::pipeline::polygons::{self, Source, parts_of_polygons, parts_of_polygons_need};
 
@@ -29,7 +29,7 @@ pub struct MeshParts {
 /// Finds the parts of `loaded` by its shape.
 pub fn find(
     loaded: &Loaded,
-    settings: Settings,
+    settings: PartSettings,
     workers: &dyn Workers,
     progress: &mut Reporter,
 ) -> Result<MeshParts, Failure> {

@@ -9,8 +9,8 @@ use crate::training::trainer::{Trainer, WIDEST};
 use bytemuck::{Pod, Zeroable, bytes_of, pod_read_unaligned};
 use half::f16;
 use seamwright_core::learn::backbone::Widths;
-use seamwright_core::learn::train::Settings;
-use seamwright_core::pipeline::learned::MOST;
+use seamwright_core::learn::training::TrainSettings;
+use seamwright_core::pipeline::learning::MOST;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -89,7 +89,7 @@ fn parse(bytes: &[u8]) -> Result<Trainer, String> {
     if hash(body).to_le_bytes() != sum {
         return Err("damaged: the checksum is wrong; copy or write it anew".into());
     }
-    let mut trainer = Trainer::with("given".into(), Settings { widths, side, ..Settings::STANDARD }, true);
+    let mut trainer = Trainer::with("given".into(), TrainSettings { widths, side, ..TrainSettings::STANDARD }, true);
     trainer.given = maps;
     for (k, map) in body[SIZE..].chunks_exact(12 * 8 + 2 * count).enumerate() {
         let (frame, weights) = map.split_at(12 * 8);
@@ -120,7 +120,7 @@ mod tests {
 
     fn trainer() -> Trainer {
         let widths = Widths { hidden: 3, code: 2 };
-        let mut trainer = Trainer::with("draft".into(), Settings { widths, ..Settings::DRAFT }, true);
+        let mut trainer = Trainer::with("draft".into(), TrainSettings { widths, ..TrainSettings::DRAFT }, true);
         trainer.summary.maps = 2;
         trainer.weights.iter_mut().enumerate().for_each(|(i, w)| *w = i as f32 / 8.0);
         trainer.frames[1] = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0], [-1e9, 0.0, 1e-9]];

@@ -8,7 +8,7 @@ use crate::args::learning::LearningArgs;
 use crate::base::failure::Failure;
 use seamwright_core::learn::backbone::Widths;
 use seamwright_core::learn::losses::Loss;
-use seamwright_core::learn::train::Settings;
+use seamwright_core::learn::training::TrainSettings;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -49,7 +49,7 @@ impl Trainer {
             Failure::Usage(format!("--settings {}{line}: {text}", path.display()))
         };
         let preset = args.preset.clone().or(file.preset).unwrap_or_else(|| "standard".into());
-        let mut settings = Settings::preset(&preset)
+        let mut settings = TrainSettings::preset(&preset)
             .ok_or_else(|| wrong(0, format!("preset {preset:?}; write \"draft\", \"standard\" or \"paper\"")))?;
         let Widths { hidden, code } = settings.widths;
         settings.widths = Widths { hidden: file.width.unwrap_or(hidden), code: file.code.unwrap_or(code) };
@@ -110,8 +110,8 @@ mod tests {
     #[test]
     fn flags_win_over_the_file_and_the_file_over_the_preset() {
         let trainer = read("preset = \"draft\"\nsteps = 5\nwidth = 20\n[weights]\nfold = 0.5\n").unwrap();
-        let expected = Settings { steps: 7, seed: 3, ..Settings::DRAFT };
-        assert_eq!(trainer.settings.widths, Widths { hidden: 20, code: Settings::DRAFT.widths.code });
+        let expected = TrainSettings { steps: 7, seed: 3, ..TrainSettings::DRAFT };
+        assert_eq!(trainer.settings.widths, Widths { hidden: 20, code: TrainSettings::DRAFT.widths.code });
         assert_eq!((trainer.settings.steps, trainer.settings.seed), (expected.steps, expected.seed));
         assert_eq!(trainer.settings.weights, expected.weights.with(Loss::Fold, 0.5));
         assert!(trainer.start && !read("preset = \"paper\"").unwrap().start);

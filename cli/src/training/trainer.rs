@@ -1,8 +1,8 @@
 //! What core needs to train maps, and what training leaves behind.
 
 use seamwright_core::learn::losses::LossWeights;
-use seamwright_core::learn::train::{Sample, Settings};
-use seamwright_core::pipeline::learned::{Frame3, Learning, MOST, Summary};
+use seamwright_core::learn::training::{Sample, TrainSettings};
+use seamwright_core::pipeline::learning::{Frame3, LearnedSummary, Learning, MOST};
 
 /// Points of the loss curves at the most.
 const SAMPLES: usize = 200;
@@ -15,7 +15,7 @@ pub struct Trainer {
     /// The preset's name.
     pub preset: String,
     /// Widths, steps, weights and the rest.
-    pub settings: Settings,
+    pub settings: TrainSettings,
     /// Whether training starts from the exact stages' charts.
     pub start: bool,
     /// Maps that are given: nothing is trained.
@@ -27,15 +27,15 @@ pub struct Trainer {
     /// Losses of the largest piece.
     pub curve: Vec<Sample>,
     /// How it went.
-    pub summary: Summary,
+    pub summary: LearnedSummary,
 }
 
 impl Trainer {
     /// Room for maps of these settings.
-    pub fn with(preset: String, settings: Settings, start: bool) -> Self {
+    pub fn with(preset: String, settings: TrainSettings, start: bool) -> Self {
         let weights = vec![0.0; MOST * settings.widths.parameter_count()];
         let (frames, curve) = (vec![[[0.0; 3]; 4]; MOST], vec![Sample::default(); SAMPLES]);
-        Self { preset, settings, start, given: 0, frames, weights, curve, summary: Summary::default() }
+        Self { preset, settings, start, given: 0, frames, weights, curve, summary: LearnedSummary::default() }
     }
 
     /// As core takes it, before a run.
@@ -46,7 +46,7 @@ impl Trainer {
             frames: &mut self.frames,
             weights: &mut self.weights,
             curve: &mut self.curve,
-            summary: Summary { maps: self.given, ..Summary::default() },
+            summary: LearnedSummary { maps: self.given, ..LearnedSummary::default() },
         }
     }
 

@@ -5,7 +5,7 @@ use crate::slices::Buffers;
 use crate::types::{SEAMWRIGHT_EDGE_BREAK, SEAMWRIGHT_EDGE_CUT, SeamwrightMesh};
 use glam::{DVec2, DVec3};
 use seamwright_core::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
-use seamwright_core::mesh::repair::Counts;
+use seamwright_core::mesh::polygons::Counts;
 use seamwright_core::price::given::{BREAK, CUT, EdgeData};
 
 const _: () = assert!(SEAMWRIGHT_EDGE_CUT == CUT && SEAMWRIGHT_EDGE_BREAK == BREAK);

@@ -64,7 +64,7 @@ pub fn slide(
     for c in 0..cut.len() as u32 {
         degree[surface.mesh.vertex(c) as usize] += u32::from(cut[c as usize] != 0);
     }
-    let mut search = Search {
+    let mut search = Replacing {
         surface,
         border,
         degree,
@@ -93,7 +93,7 @@ fn find_pieces(
     start: &mut [u32],
     seen: &mut [u8],
     cut: &[u8],
-    search: &Search,
+    search: &Replacing,
     size: f64,
     offset: f64,
 ) -> usize {
@@ -150,7 +150,7 @@ fn find_pieces(
 }
 
 /// Memory of one replacement, reused; between two, the heap is empty and every entry of `near` infinite.
-struct Search<'a> {
+struct Replacing<'a> {
     surface: &'a Surface<'a>,
     border: &'a [u8],
     degree: &'a mut [u32],  // (n) cut edges at each vertex
@@ -161,7 +161,7 @@ struct Search<'a> {
     heap: Heap<'a>,
 }
 
-impl Search<'_> {
+impl Replacing<'_> {
     /// Where paths end.
     fn is_node(&self, v: u32) -> bool {
         self.degree[v as usize] != 2 || self.border[v as usize] != 0

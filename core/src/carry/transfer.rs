@@ -127,7 +127,7 @@ fn unfold(
         border[v as usize] = u8::from(fine.is_on_border(v));
     }
     let table = CornerTable { faces, twin };
-    let mut graph = Graph { fine, table, cut, degree: scratch.take(n)?, border, wanted };
+    let mut graph = CutGraph { fine, table, cut, degree: scratch.take(n)?, border, wanted };
     for collapse in history {
         for side in collapse.sides(graph.table.twin) {
             dead[(side.apex / 3) as usize] = 1;
@@ -149,7 +149,7 @@ fn unfold(
 }
 
 /// A cut graph on a mesh between coarse and fine.
-struct Graph<'a> {
+struct CutGraph<'a> {
     fine: &'a Surface<'a>,
     table: CornerTable<'a>,
     cut: &'a mut [u8],     // (3 f)
@@ -167,7 +167,7 @@ struct Share {
     kept_degree: u32,
 }
 
-impl Graph<'_> {
+impl CutGraph<'_> {
     /// Undoes one collapse.
     fn split(&mut self, collapse: Collapse) {
         let [u, v] = self.table.ends(collapse);

@@ -4,7 +4,7 @@ use super::surface::Surface;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 
 /// The faces of each chart.
-pub struct Charts<'a> {
+pub struct ChartList<'a> {
     /// Chart of each face.
     pub of_face: &'a [u32], // (f)
     /// First face of each chart in `faces`.
@@ -13,7 +13,7 @@ pub struct Charts<'a> {
     pub faces: &'a [u32], // (f)
 }
 
-impl<'a> Charts<'a> {
+impl<'a> ChartList<'a> {
     /// Lists the charts that `cut` leaves.
     pub fn new(surface: &Surface, cut: &[u8], keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
         let count = surface.mesh.faces.len();

@@ -10,7 +10,8 @@ use crate::base::sort;
 use crate::base::workers::Workers;
 use crate::mesh::view::NONE;
 use crate::solve::energy::Rest;
-use crate::solve::relax::{Piece, Stop, relax, relax_need};
+use crate::solve::piece::{Piece, Stop};
+use crate::solve::relax::{relax, relax_need};
 use glam::{DVec2, DVec3};
 
 /// Faces of a patch at the most: some 100 rings around one face.

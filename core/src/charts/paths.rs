@@ -13,10 +13,10 @@ pub struct Paths<'a> {
     pub cost: &'a mut [f64], // (n)
     /// Half-edge over which each vertex was reached, `NONE` at sources.
     pub via: &'a mut [u32], // (n)
-    queue: Queue<'a>,
+    queue: PathQueue<'a>,
 }
 
-struct Queue<'a> {
+struct PathQueue<'a> {
     cost: &'a mut [f64],
     slot: &'a mut [u32],
     item: &'a mut [u32],
@@ -28,7 +28,7 @@ impl<'a> Paths<'a> {
         Ok(Self {
             cost: keep.take_filled(n, f64::INFINITY)?,
             via: keep.take_filled(n, NONE)?,
-            queue: Queue { cost: keep.take(n)?, slot: keep.take(n)?, item: keep.take(n)? },
+            queue: PathQueue { cost: keep.take(n)?, slot: keep.take(n)?, item: keep.take(n)? },
         })
     }
 

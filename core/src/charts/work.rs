@@ -4,14 +4,15 @@
 //! relaxation frees all of it. Charts share nothing, so they are worked on in parallel and each gives the same bits
 //! alone.
 
-use super::list::Charts;
+use super::list::ChartList;
 use super::surface::Surface;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::mesh::view::{NONE, next};
 use crate::solve::energy::Rest;
 use crate::solve::flatten::{tutte, unfold};
-use crate::solve::relax::{Piece, Relaxed, Stop, relax, relax_need};
+use crate::solve::piece::{Piece, Stop};
+use crate::solve::relax::{Relaxation, relax, relax_need};
 use glam::{DVec2, DVec3};
 
 /// Charts that are worked on at the same time.
@@ -30,7 +31,7 @@ pub enum Work {
 }
 
 /// One chart on its own.
-struct Job<'j> {
+struct ChartJob<'j> {
     faces: &'j [u32],
     triangles: &'j mut [[u32; 3]],
     rest: &'j mut [Rest],
@@ -41,7 +42,7 @@ struct Job<'j> {
     walls: &'j [[u32; 2]],  // those that are kept apart: all or none
     beside: &'j [[u32; 3]], // neighbours of each triangle, where there are no inner nodes
     scratch: Option<Scratch<'j>>,
-    result: Result<Relaxed, ScratchTooSmall>,
+    result: Result<Relaxation, ScratchTooSmall>,
 }
 
 /// Does `work` on each chart for which `wanted` answers true; `uv` stands at corners. Returns whether every such chart
@@ -51,7 +52,7 @@ pub fn work_on(
     uv: &mut [DVec2],
     surface: &Surface,
     cut: &[u8],
-    charts: &Charts,
+    charts: &ChartList,
     wanted: impl Fn(usize) -> bool,
     work: Work,
     mut scratch: Scratch,
@@ -75,7 +76,7 @@ pub fn work_on(
         let mut short = heapless::Vec::<usize, LANES>::new();
         {
             let mut wave = scratch.frame();
-            let mut jobs = heapless::Vec::<Job, LANES>::new();
+            let mut jobs = heapless::Vec::<ChartJob, LANES>::new();
             let mut members = heapless::Vec::<usize, LANES>::new();
             let mut taken = 0;
             while k < charts.count() && !jobs.is_full() {
@@ -138,7 +139,7 @@ fn take_out<'j>(
     surface: &Surface,
     cut: &[u8],
     scratch: &mut Scratch<'j>,
-) -> Result<Job<'j>, ScratchTooSmall> {
+) -> Result<ChartJob<'j>, ScratchTooSmall> {
     let corners = || faces.iter().flat_map(|f| 3 * f..3 * f + 3);
     let mut count = 0;
     let mut inner = 0;
@@ -187,7 +188,7 @@ fn take_out<'j>(
             }
         }
     }
-    Ok(Job {
+    Ok(ChartJob {
         faces,
         triangles,
         rest,
@@ -198,7 +199,7 @@ fn take_out<'j>(
         walls,
         beside,
         scratch: None,
-        result: Ok(Relaxed::default()),
+        result: Ok(Relaxation::default()),
     })
 }
 
@@ -207,7 +208,7 @@ fn local_face(faces: &[u32], face: u32) -> u32 {
     faces.partition_point(|f| *f < face) as u32
 }
 
-impl Job<'_> {
+impl ChartJob<'_> {
     fn run(&mut self, work: Work, workers: &dyn Workers) {
         let Some(scratch) = self.scratch.take() else { return };
         self.result = self.done(work, scratch, workers);
@@ -224,7 +225,7 @@ impl Job<'_> {
         Ok(done.after.is_finite())
     }
 
-    fn done(&mut self, work: Work, mut scratch: Scratch, workers: &dyn Workers) -> Result<Relaxed, ScratchTooSmall> {
+    fn done(&mut self, work: Work, mut scratch: Scratch, workers: &dyn Workers) -> Result<Relaxation, ScratchTooSmall> {
         let Self { triangles, rest, at, walls, .. } = self;
         let piece = Piece { triangles, rest, free: self.x.len(), at, springs: &[], walls };
         match work {

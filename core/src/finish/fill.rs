@@ -11,8 +11,9 @@
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;
-use crate::mesh::repair::{Counts, Polygons, Working};
+use crate::mesh::polygons::{Counts, Polygons};
 use crate::mesh::view::{NONE, next};
+use crate::mesh::working::Working;
 use crate::plane::grid::{GRID_BITS, GridPoint};
 use glam::DVec2;
 

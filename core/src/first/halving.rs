@@ -8,11 +8,11 @@
 use super::disks::disks_again;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::workers::Workers;
-use crate::charts::list::Charts;
+use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::charts::work::{Work, work_on};
 use crate::solve::bound::flat_area;
-use crate::solve::relax::Stop;
+use crate::solve::piece::Stop;
 use glam::DVec2;
 
 /// Times that charts which rounding has flipped are halved: 2^24 faces end as single polygons.
@@ -47,7 +47,7 @@ pub fn flatten_below(
     for _ in 0..HALVINGS {
         {
             let mut frame = scratch.frame();
-            let charts = Charts::new(surface, cut, &mut frame)?;
+            let charts = ChartList::new(surface, cut, &mut frame)?;
             let touched = |k: usize| charts.faces_of(k).iter().any(|f| changed[*f as usize] != 0);
             work_on(uv, surface, cut, &charts, touched, Work::Flatten(FIRST_STOP), frame, workers)?;
         }
@@ -75,7 +75,7 @@ pub fn halve(
     bad: impl Fn(usize) -> bool,
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
-    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let charts = ChartList::new(surface, cut, &mut scratch)?;
     let side = scratch.take::<u8>(changed.len())?;
     let queue = scratch.take::<u32>(changed.len())?;
     let mut parted = 0;

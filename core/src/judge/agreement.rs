@@ -63,7 +63,7 @@ pub fn agreement(
 ) -> Result<Agreement, ScratchTooSmall> {
     assert!(ours.len() == reference.len() && ours.len() == area.len(), "one label of each and one area a face");
     scratch.require(agreement_need(ours.len()))?;
-    let table = Table::new(ours, reference, area, &mut scratch)?;
+    let table = Contingency::new(ours, reference, area, &mut scratch)?;
     let faces = table.faces;
     let mut out =
         Agreement { faces, left_out: ours.len() - faces, labels: [table.rows(), table.columns], ..Default::default() };
@@ -95,7 +95,7 @@ fn share(part: f64, whole: f64) -> f64 {
 }
 
 /// How many faces, and how much area, each pair of labels shares; rows are ours, columns the reference's.
-struct Table<'t> {
+struct Contingency<'t> {
     row_start: &'t [u32], // (rows + 1)
     column: &'t [u32],    // (entries)
     count: &'t [f64],     // (entries)
@@ -105,7 +105,7 @@ struct Table<'t> {
     squares: f64, // sum of the faces' squared areas
 }
 
-impl<'t> Table<'t> {
+impl<'t> Contingency<'t> {
     fn new(ours: &[u32], reference: &[u32], area: &[f64], keep: &mut Scratch<'t>) -> Result<Self, ScratchTooSmall> {
         let n = ours.len();
         let column = keep.take::<u32>(n)?;
@@ -175,7 +175,7 @@ struct Sums {
 
 impl Sums {
     /// `of_rows` and `of_columns` are workspace.
-    fn of(table: &Table, value: &[f64], of_rows: &mut [f64], of_columns: &mut [f64]) -> Self {
+    fn of(table: &Contingency, value: &[f64], of_rows: &mut [f64], of_columns: &mut [f64]) -> Self {
         let rows = || (0..table.rows()).map(|r| (r, table.row_start[r] as usize..table.row_start[r + 1] as usize));
         let square_sum = |sums: &[f64]| sums.iter().fold(0.0, |sum, x| sum + x * x);
         let add = |sum: f64, x: &f64| sum + x;

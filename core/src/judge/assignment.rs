@@ -46,7 +46,7 @@ pub const fn assign_need(rows: usize, columns: usize) -> usize {
 pub fn assign(partner: &mut [u32], table: &Shared, mut scratch: Scratch) -> Result<f64, ScratchTooSmall> {
     let (rows, all) = (table.rows(), table.rows() + table.columns);
     scratch.require(assign_need(rows, table.columns))?;
-    let mut search = Search {
+    let mut search = Matching {
         table,
         row_dual: scratch.take(rows)?,
         column_of: scratch.take_filled(rows, NONE)?,
@@ -73,7 +73,7 @@ const SEEN: u8 = 1;
 const DONE: u8 = 2;
 
 /// The state of the method: costs are negated values, and duals keep every reduced cost of a matched row at 0 or above.
-struct Search<'s> {
+struct Matching<'s> {
     table: &'s Shared<'s>,
     row_dual: &'s mut [f64],    // (rows)
     column_of: &'s mut [u32],   // (rows)
@@ -85,7 +85,7 @@ struct Search<'s> {
     state: &'s mut [u8],        // (all)
 }
 
-impl Search<'_> {
+impl Matching<'_> {
     /// Matches row `source`, turning matches round along the shortest alternating path.
     fn augment(&mut self, source: usize) {
         let table = self.table;

@@ -17,7 +17,7 @@ use crate::mesh::view::NONE;
 
 /// Counts over charts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Charts {
+pub struct ChartFigures {
     /// Charts.
     pub count: usize,
     /// Charts whose Euler characteristic is not 1.
@@ -43,7 +43,7 @@ pub fn charts(
     areas: Areas,
     sound: Sound,
     mut scratch: Scratch,
-) -> Result<Charts, ScratchTooSmall> {
+) -> Result<ChartFigures, ScratchTooSmall> {
     scratch.require(charts_need(topology.chart_count))?;
     let signed = scratch.take::<f64>(topology.chart_count)?;
     let mapped = || topology.chart.iter().enumerate().filter(|(_, c)| **c != NONE).map(|(f, c)| (f, *c as usize));
@@ -56,7 +56,7 @@ pub fn charts(
     let (flipped_faces, flipped_sum) =
         mapped().filter(flipped).fold((0, 0.0), |(n, a), (f, _)| (n + 1, a + areas.solid[f]));
     let majority = if signed.iter().sum::<f64>() < 0.0 { -1 } else { 1 };
-    Ok(Charts {
+    Ok(ChartFigures {
         count: topology.chart_count,
         non_disks: topology.euler.iter().filter(|x| **x != 1).count(),
         closed_or_handled: topology
@@ -85,7 +85,7 @@ mod tests {
     use std::{vec, vec::Vec};
 
     /// A row of squares in space, two faces each, with UVs as given by `uv` of (square, corner's place).
-    fn judge(squares: usize, uv: impl Fn(usize, DVec2) -> DVec2) -> Charts {
+    fn judge(squares: usize, uv: impl Fn(usize, DVec2) -> DVec2) -> ChartFigures {
         let place = |s: usize, i: usize| DVec2::new((s + i % 2) as f64, (i / 2) as f64);
         let (mut positions, mut triangles, mut corner_uv) = (vec![], vec![], vec![]);
         for s in 0..squares {
@@ -98,7 +98,7 @@ mod tests {
         judge_mesh(&positions, &triangles, &corner_uv)
     }
 
-    fn judge_mesh(positions: &[DVec3], triangles: &[[u32; 3]], corner_uv: &[[DVec2; 3]]) -> Charts {
+    fn judge_mesh(positions: &[DVec3], triangles: &[[u32; 3]], corner_uv: &[[DVec2; 3]]) -> ChartFigures {
         let mesh = UvMesh { positions, triangles, corner_uv };
         let faces = triangles.len();
         let mut bytes = vec![0; areas_need(faces) + uv_topology_need(positions.len(), faces) + charts_need(faces)];
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn a_strip_is_one_disk_without_flips() {
-        assert_eq!(judge(4, |_, p| p), Charts { count: 1, ..Charts::default() });
+        assert_eq!(judge(4, |_, p| p), ChartFigures { count: 1, ..ChartFigures::default() });
     }
 
     #[test]
@@ -130,7 +130,7 @@ mod tests {
     }
 
     /// A grid of 5 x 5 squares without those of `holes`, each vertex at one UV; `vertex` says which it is at (x, y).
-    fn judge_grid(holes: &[usize], vertex: impl Fn(u32, u32) -> u32) -> Charts {
+    fn judge_grid(holes: &[usize], vertex: impl Fn(u32, u32) -> u32) -> ChartFigures {
         let positions: Vec<DVec3> = (0..36).map(|v| DVec3::new((v % 6) as f64, (v / 6) as f64, 0.0)).collect();
         let square = |s: usize| {
             let (x, y) = (s as u32 % 5, s as u32 / 5);
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_plane_holds_charts_with_holes_but_none_that_is_closed_or_has_a_handle() {
-        let faults = |charts: Charts| (charts.count, charts.non_disks, charts.closed_or_handled);
+        let faults = |charts: ChartFigures| (charts.count, charts.non_disks, charts.closed_or_handled);
         let flat = |x, y| 6 * y + x;
         let tube = |x, y| 6 * y + x % 5;
         let torus = |x, y| 6 * (y % 5) + x % 5;

@@ -16,7 +16,7 @@ use glam::DVec3;
 
 /// A mesh as its file has it.
 #[derive(Clone, Copy)]
-pub struct Surface<'a> {
+pub struct FileMesh<'a> {
     /// Vertex positions, finite.
     pub positions: &'a [DVec3], // (n)
     /// Vertices of each triangle, below n.
@@ -41,7 +41,7 @@ pub const fn cut_discrepancy_need(vertices: usize, triangles: usize) -> usize {
 ///
 /// Panics unless there is one label of each a triangle.
 pub fn cut_discrepancy(
-    mesh: Surface,
+    mesh: FileMesh,
     ours: &[u32],
     reference: &[u32],
     mut scratch: Scratch,
@@ -49,7 +49,7 @@ pub fn cut_discrepancy(
     let (n, f) = (mesh.positions.len(), mesh.triangles.len());
     assert!(ours.len() == f && reference.len() == f, "one label of each a triangle");
     scratch.require(cut_discrepancy_need(n, f))?;
-    let graph = Graph::new(mesh, ours, reference, &mut scratch)?;
+    let graph = PlaceGraph::new(mesh, ours, reference, &mut scratch)?;
     let there = graph.mean_distance(OURS, REFERENCE, &mut scratch)?;
     let back = graph.mean_distance(REFERENCE, OURS, &mut scratch)?;
     Ok((there + back) / radius(mesh))
@@ -60,17 +60,17 @@ const OURS: u8 = 1;
 const REFERENCE: u8 = 2;
 
 /// Places and the edges between them.
-struct Graph<'m, 'g> {
-    mesh: Surface<'m>,
+struct PlaceGraph<'m, 'g> {
+    mesh: FileMesh<'m>,
     edges: &'g [[u32; 2]], // (e), low place first
     cut: &'g [u8],         // (e)
     start: &'g [u32],      // (n + 1), into `beside`
     beside: &'g [u32],     // (2 e), places
 }
 
-impl<'m, 'g> Graph<'m, 'g> {
+impl<'m, 'g> PlaceGraph<'m, 'g> {
     fn new(
-        mesh: Surface<'m>,
+        mesh: FileMesh<'m>,
         ours: &[u32],
         reference: &[u32],
         keep: &mut Scratch<'g>,
@@ -163,7 +163,7 @@ impl<'m, 'g> Graph<'m, 'g> {
 }
 
 /// Mean distance of the surface from its centre, by the centroids of triangles weighted by area; 1 where that is nothing.
-fn radius(mesh: Surface) -> f64 {
+fn radius(mesh: FileMesh) -> f64 {
     let face = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
         let normal = (b - a).cross(c - a);
@@ -202,14 +202,14 @@ mod tests {
         let (positions, triangles) = strip(squares);
         let labels = |of: &dyn Fn(usize) -> u32| (0..2 * squares).map(|t| of(t / 2)).collect::<Vec<_>>();
         let mut bytes = vec![0; cut_discrepancy_need(positions.len(), triangles.len())];
-        let mesh = Surface { positions: &positions, triangles: &triangles };
+        let mesh = FileMesh { positions: &positions, triangles: &triangles };
         cut_discrepancy(mesh, &labels(&ours), &labels(&reference), Scratch::new(&mut bytes)).unwrap()
     }
 
     #[test]
     fn cuts_three_squares_apart_are_three_there_and_three_back() {
         let (positions, triangles) = strip(10);
-        let radius = radius(Surface { positions: &positions, triangles: &triangles });
+        let radius = radius(FileMesh { positions: &positions, triangles: &triangles });
         let found = judge(10, |s| u32::from(s < 3), |s| u32::from(s < 6));
         // Sums of three ones are exact; one quotient is rounded.
         assert!((found - 6.0 / radius).abs() < 1e-14, "{found}");
@@ -233,11 +233,11 @@ mod tests {
     #[test]
     fn a_mesh_of_nothing_is_no_error() {
         let mut bytes = vec![0; cut_discrepancy_need(0, 0)];
-        let mesh = Surface { positions: &[], triangles: &[] };
+        let mesh = FileMesh { positions: &[], triangles: &[] };
         assert_eq!(cut_discrepancy(mesh, &[], &[], Scratch::new(&mut bytes)), Ok(0.0));
         let need = cut_discrepancy_need(3, 1);
         let mut bytes = vec![0; need - 1];
-        let mesh = Surface { positions: &[DVec3::ZERO; 3], triangles: &[[0, 1, 2]] };
+        let mesh = FileMesh { positions: &[DVec3::ZERO; 3], triangles: &[[0, 1, 2]] };
         let result = cut_discrepancy(mesh, &[0], &[0], Scratch::new(&mut bytes));
         assert_eq!(result, Err(ScratchTooSmall { need, given: need - 1 }));
     }

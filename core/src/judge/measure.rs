@@ -4,7 +4,7 @@
 //! that would be means over nothing are NaN, energies of collapsed maps infinite; counts are always right.
 
 use super::atlas::{Atlas, atlas, atlas_need};
-use super::charts::{Charts, charts, charts_need};
+use super::charts::{ChartFigures, charts, charts_need};
 use super::coverage::{Coverage, coverage_need, fitted_coverage};
 use super::distortion::{Distortion, Sound, distortion, distortion_need};
 use super::input::{UvBox, UvMesh, areas, areas_need};
@@ -40,7 +40,7 @@ pub struct Metrics {
     /// Angles, areas, energies.
     pub distortion: Distortion,
     /// Charts, disks, flips.
-    pub charts: Charts,
+    pub charts: ChartFigures,
     /// Seams and their exposure.
     pub seams: Seams,
     /// Overlap and utilisation in texels of the UVs' own box.

@@ -3,7 +3,7 @@
 //! Loshchilov, Hutter, *Decoupled weight decay regularization*, ICLR 2019; the schedule without restarts of their *SGDR*,
 //! ICLR 2017. Each weight is updated alone, so tasks do not change the result.
 
-use super::kernels::Float;
+use super::kernels::float::Float;
 use crate::base::real::{cos, pow, sqrt};
 use crate::base::workers::{Workers, for_each_chunk};
 
@@ -11,7 +11,7 @@ use crate::base::workers::{Workers, for_each_chunk};
 const BETA1: f64 = 0.9;
 /// Decay of the second moment.
 const BETA2: f64 = 0.999;
-/// Added to the root of the second moment (DESIGN 5.1; the usual 1e-8 lets weights with tiny gradients jump).
+/// Added to the root of the second moment (as published; the usual 1e-8 lets weights with tiny gradients jump).
 const EPSILON: f64 = 1e-5;
 /// Weight decay, in units of the rate.
 const DECAY: f64 = 1e-8;

@@ -1,12 +1,14 @@
-//! The four networks: Deform, Wrap, Cut and Unwrap, as layers on a tape (DESIGN 5).
+//! The four networks: Deform, Wrap, Cut and Unwrap, as layers on a tape.
 //!
 //! Two cycles share the weights. 2D-3D-2D: a lattice G of the square -> Deform -> Qhat -> Wrap -> Phat, Nhat -> Cut, Unwrap
 //! -> Qhat_cycle. 3D-2D-3D: points P -> Cut, Unwrap -> Q -> Wrap -> P_cycle, N_cycle. Q is the parameterization.
 //! LeakyReLU follows every layer but an MLP's last; a code is put behind what it encodes, [input; code].
 //! Source: Zhang, Hou, *FlexPara: Flexible neural surface parameterization*, 2025 and *Flatten Anything*, NeurIPS 2024.
 
-use super::kernels::Float;
-use super::tape::{Activation, Tape, Var};
+use super::kernels::float::Float;
+use super::tape::affine::Activation;
+use super::tape::ops::Tape;
+use super::tape::var::Var;
 use crate::base::random::unit_f64;
 use crate::base::real::sqrt;
 use crate::base::slices::take_first;

@@ -5,8 +5,11 @@
 //! so a batch of B points has 3 B rows in the cheap networks and B in the dear ones.
 //! Ring neighbours are found once: the 5 nearest in space among a vertex's neighbours along edges, ties by index.
 
-use super::losses::{Graph, Sizes, lattice_side};
-use super::tape::{NONE, REST, SEAM_NEIGHBOURS, cosines, rest_of};
+use super::losses::{LossGraph, Sizes, lattice_side};
+use super::tape::angles::cosines;
+use super::tape::distortion::{REST, rest_of};
+use super::tape::seam::NEIGHBOURS as SEAM_NEIGHBOURS;
+use super::tape::var::NONE;
 use crate::base::buckets::{Buckets, buckets_need};
 use crate::base::random::hash;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -101,7 +104,7 @@ impl<'a> Sampler<'a> {
     }
 
     /// Fills the inputs and tables of `graph` for `step`. With all vertices in the batch that is done at step 0 alone.
-    pub fn fill(&mut self, graph: &Graph, mesh: &Mesh, step: usize, values: &mut [f32], indices: &mut [u32]) {
+    pub fn fill(&mut self, graph: &LossGraph, mesh: &Mesh, step: usize, values: &mut [f32], indices: &mut [u32]) {
         let sizes = graph.sizes;
         if sizes.points == self.order.len() {
             if step == 0 {
@@ -167,7 +170,7 @@ fn copy_rows(to: &mut [f32], from: &[f32], rows: &[u32]) {
 }
 
 /// Cosines and rest shapes of the batch's faces, areas as shares of their sum.
-fn fill_faces(graph: &Graph, values: &mut [f32], indices: &[u32]) {
+fn fill_faces(graph: &LossGraph, values: &mut [f32], indices: &[u32]) {
     let faces = graph.faces.of(indices);
     let count = faces.len() / 3;
     let mut area = 0.0;

@@ -1,8 +1,11 @@
 //! A trained map at any points, in chunks, and the seam scores of a map.
 
 use super::backbone::{Backbone, Widths};
-use super::kernels::Path;
-use super::tape::{Replay, SEAM_NEIGHBOURS, Tape, Var};
+use super::kernels::path::Path;
+use super::tape::operation::Replay;
+use super::tape::ops::Tape;
+use super::tape::seam::NEIGHBOURS as SEAM_NEIGHBOURS;
+use super::tape::var::Var;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::workers::Workers;
@@ -91,8 +94,7 @@ pub fn seam_scores_need(vertices: usize) -> usize {
     bytes_for::<f32>(vertices.saturating_mul(6)).saturating_add(bytes_for::<u32>(vertices.saturating_mul(5) + 5))
 }
 
-/// Writes the seam score of each vertex of the map `q` (n, 2), from ring neighbours (n, 5); above 0.5 is a seam
-/// (DESIGN 5.4).
+/// Writes the seam score of each vertex of the map `q` (n, 2), from ring neighbours (n, 5); above 0.5 is a seam.
 pub fn seam_scores(
     scores: &mut [f32],
     q: &[f32],

@@ -1,14 +1,17 @@
-//! All losses of the learned map on one tape (DESIGN 5.1), for a batch of points.
+//! All losses of the learned map on one tape (their formulas: docs/METHODS.md), for a batch of points.
 //!
 //! A batch has `points` rows that every loss looks at and, behind them, further rows that only local losses need: ring
 //! neighbours of the first `scored` points, and corners of `faces`. With all vertices in the batch there are none of these.
 //! Each operation is recorded for the set of losses that need it, so a loss that is off costs nothing.
-//! To add a loss: a variant of [`Loss`], its weight in [`LossWeights`], its operations in [`Graph::record`].
+//! To add a loss: a variant of [`Loss`], its weight in [`LossWeights`], its operations in [`LossGraph::record`].
 //! The radius of repulsion is `spread` x 2/(side - 1): 0.25 in the published training, 1 in the reference values.
 
 use super::backbone::{Backbone, Widths};
-use super::kernels::Float;
-use super::tape::{REST, SEAM_NEIGHBOURS, Table, Tape, Var};
+use super::kernels::float::Float;
+use super::tape::distortion::REST;
+use super::tape::ops::Tape;
+use super::tape::seam::NEIGHBOURS as SEAM_NEIGHBOURS;
+use super::tape::var::{Table, Var};
 
 /// One term of the objective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,7 +116,7 @@ impl LossWeights {
     }
 }
 
-/// Steps between two looks at a rare loss (DESIGN 5.1).
+/// Steps between two looks at a rare loss, as published.
 pub const RARE: usize = 5;
 
 /// How a batch is made up.
@@ -138,7 +141,7 @@ pub fn lattice_side(points: usize) -> usize {
 }
 
 /// The recorded losses of a batch.
-pub struct Graph {
+pub struct LossGraph {
     /// Everything that is replayed.
     pub tape: Tape,
     /// The weights.
@@ -161,9 +164,9 @@ pub struct Graph {
     pub rest: Var,
     /// The map to begin with (points, 2), to be filled.
     pub target: Var,
-    /// The lattice (side^2, 2); [`Graph::fill_constants`].
+    /// The lattice (side^2, 2); [`LossGraph::fill_constants`].
     pub grid: Var,
-    /// Unit tangents (2 points, 2); [`Graph::fill_constants`].
+    /// Unit tangents (2 points, 2); [`LossGraph::fill_constants`].
     pub units: Var,
     /// Q (points + further, 2).
     pub q: Var,
@@ -193,7 +196,7 @@ const CYCLE: u32 = Loss::CyclePoints.bit() | Loss::CycleNormals.bit() | Loss::Di
 const SCALED: u32 = Loss::Fold.bit() | Loss::Distortion.bit();
 const MAP: u32 = CYCLE | REPELLED | Loss::Triangle.bit() | Loss::Visibility.bit() | SCALED | Loss::Target.bit();
 
-impl Graph {
+impl LossGraph {
     /// Records networks of `widths` and all losses over a batch; `spread` is the radius of repulsion in lattice steps,
     /// `margin` the share of the mean area ratio that a face should keep.
     pub fn record(widths: Widths, sizes: Sizes, spread: f64, margin: f64) -> Self {

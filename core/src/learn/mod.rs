@@ -10,3 +10,4 @@ pub mod run;
 pub mod tape;
 pub mod train;
 mod train_tests;
+pub mod training;

@@ -7,7 +7,7 @@
 //! A box's distance is summed as a point's is, and rounding keeps order, so no nearer point is ever passed over.
 //! Build O(n log^2 n), a query O(log n) for spread points. Points with NaN are never found.
 
-use super::kernels::Float;
+use super::kernels::float::Float;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;

@@ -5,13 +5,15 @@
 
 use super::adamw;
 use super::backbone::{LAYERS, initialise};
-use super::batch::{Mesh, Sampler, rings};
-use super::evaluate::{Frame, evaluate, seam_scores};
-use super::kernels::Path;
-use super::losses::{Graph, Loss, PerLoss};
-use super::tape::{Replay, SEAM_NEIGHBOURS, Var};
-use super::train::{Input, Output, Sample, Settings, Summary, TrainError, check, record, train_need};
-use crate::base::scratch::{Scratch, ScratchTooSmall};
+use super::batch::{Mesh, Sampler, rings, rings_need, sampler_need, sizes};
+use super::evaluate::{Frame, evaluate, evaluate_need, seam_scores, seam_scores_need};
+use super::kernels::path::Path;
+use super::losses::{Loss, LossGraph, PerLoss};
+use super::tape::operation::Replay;
+use super::tape::seam::NEIGHBOURS as SEAM_NEIGHBOURS;
+use super::tape::var::Var;
+use super::training::{Sample, TrainError, TrainInput, TrainOutput, TrainSettings, TrainSummary};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 
@@ -20,13 +22,32 @@ pub const CHECK: usize = 20;
 /// Share of the past in the smoothed objective: about 20 steps. Batches of 1,000 points vary by a tenth.
 const SMOOTH: f64 = 0.95;
 
+/// Bytes of scratch memory that [`super::train::train`] or a [`Run`] takes.
+pub fn train_need(vertices: usize, faces: usize, settings: &TrainSettings) -> usize {
+    let graph = record(vertices, faces, settings);
+    let weights = settings.widths.parameter_count();
+    let loop_need = sampler_need(vertices)
+        .saturating_add(bytes_for::<f32>(graph.tape.value_count()).saturating_mul(2))
+        .saturating_add(bytes_for::<u32>(graph.tape.index_count()))
+        .saturating_add(bytes_for::<f32>(weights.saturating_mul(2)));
+    let beside = graph.tape.scratch_need::<f32>().max(evaluate_need(settings.widths)).max(seam_scores_need(vertices));
+    bytes_for::<f32>(vertices.saturating_mul(3))
+        .saturating_add(bytes_for::<u32>(vertices.saturating_mul(SEAM_NEIGHBOURS)))
+        .saturating_add(rings_need(vertices, faces).max(loop_need.saturating_add(beside)))
+}
+
+fn record(vertices: usize, faces: usize, settings: &TrainSettings) -> LossGraph {
+    let faces = if settings.weights.look_at_faces() { faces } else { 0 };
+    LossGraph::record(settings.widths, sizes(vertices, faces, settings.batch), settings.spread, settings.margin)
+}
+
 /// A training under way.
 pub struct Run<'a> {
-    output: Output<'a>,
+    output: TrainOutput<'a>,
     given: &'a [f32], // positions as they came
     mesh: Mesh<'a>,
-    settings: Settings,
-    graph: Graph,
+    settings: TrainSettings,
+    graph: LossGraph,
     parameters: [[Var; 2]; LAYERS],
     sampler: Sampler<'a>,
     values: &'a mut [f32],
@@ -38,15 +59,15 @@ pub struct Run<'a> {
     losses: PerLoss<f64>,
     smoothed: Option<f64>,
     is_over: bool,
-    summary: Summary,
+    summary: TrainSummary,
 }
 
 impl<'a> Run<'a> {
     /// Before the first step. What is refused leaves the outputs untouched.
     pub fn new(
-        output: Output<'a>,
-        input: Input<'a>,
-        settings: &Settings,
+        output: TrainOutput<'a>,
+        input: TrainInput<'a>,
+        settings: &TrainSettings,
         mut memory: Scratch<'a>,
     ) -> Result<Self, TrainError> {
         check(&output, &input, settings)?;
@@ -58,7 +79,7 @@ impl<'a> Run<'a> {
         frame.apply(positions, input.positions);
         let ring = memory.take_unset::<u32>(vertices * SEAM_NEIGHBOURS)?;
         rings(ring, positions, input.faces, &mut memory)?;
-        let Input { normals, exposure, smooth, target, .. } = input;
+        let TrainInput { normals, exposure, smooth, target, .. } = input;
         let faces = if settings.weights.look_at_faces() { smooth } else { &[] };
         let mesh = Mesh { positions, normals, exposure, faces, ring, target };
 
@@ -74,7 +95,7 @@ impl<'a> Run<'a> {
         initialise(&mut values[..count], settings.widths, settings.seed);
         output.weights.copy_from(&values[..count]);
         let summary =
-            Summary { steps: 0, best_step: 0, objective: f64::INFINITY, was_stopped: false, samples: 0, frame };
+            TrainSummary { steps: 0, best_step: 0, objective: f64::INFINITY, was_stopped: false, samples: 0, frame };
         Ok(Self {
             output,
             given: input.positions,
@@ -102,7 +123,7 @@ impl<'a> Run<'a> {
     }
 
     /// What is trained, and how.
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &TrainSettings {
         &self.settings
     }
 
@@ -170,8 +191,8 @@ impl<'a> Run<'a> {
     }
 
     /// Evaluates the best map at every vertex.
-    pub fn finish(mut self, path: Path, workers: &dyn Workers) -> Result<Summary, ScratchTooSmall> {
-        let Output { q, scores, weights, .. } = self.output;
+    pub fn finish(mut self, path: Path, workers: &dyn Workers) -> Result<TrainSummary, ScratchTooSmall> {
+        let TrainOutput { q, scores, weights, .. } = self.output;
         let (summary, settings) = (&mut self.summary, &self.settings);
         // The last step's weights have no objective of their own yet; a run that came to its end keeps them.
         if summary.steps == settings.steps && summary.best_step + 1 == settings.steps {
@@ -181,5 +202,50 @@ impl<'a> Run<'a> {
         evaluate(q, weights, settings.widths, &summary.frame, self.given, path, workers, &mut self.memory)?;
         seam_scores(scores, q, self.mesh.ring, workers, &mut self.memory)?;
         Ok(*summary)
+    }
+}
+
+/// Whether the slices have the lengths that belong to each other, and hold what can be learned from.
+fn check(output: &TrainOutput, input: &TrainInput, settings: &TrainSettings) -> Result<(), TrainError> {
+    let vertices = input.exposure.len();
+    let is_whole = |what, given: usize, expected: usize| {
+        if given == expected { Ok(()) } else { Err(TrainError::Length { what, expected, given }) }
+    };
+    is_whole("positions", input.positions.len(), 3 * vertices)?;
+    is_whole("normals", input.normals.len(), 3 * vertices)?;
+    is_whole("faces", input.faces.len(), input.faces.len() / 3 * 3)?;
+    is_whole("UVs", output.q.len(), 2 * vertices)?;
+    is_whole("seam scores", output.scores.len(), vertices)?;
+    is_whole("weights", output.weights.len(), settings.widths.parameter_count())?;
+    if vertices == 0 || settings.widths.hidden == 0 || settings.widths.code == 0 {
+        return Err(TrainError::Empty);
+    }
+    if !input.target.is_empty() || settings.weights.0[Loss::Target as usize] != 0.0 {
+        is_whole("target", input.target.len(), 2 * vertices)?;
+    }
+    if !input.smooth.len().is_multiple_of(3) || input.smooth.len() > input.faces.len() {
+        return Err(TrainError::Length {
+            what: "smooth faces",
+            expected: input.faces.len(),
+            given: input.smooth.len(),
+        });
+    }
+    if let Some(vertex) = input.target.iter().position(|x| !x.is_finite()) {
+        return Err(TrainError::NotFinite { vertex: vertex / 2 });
+    }
+    if let Some(corner) = input.smooth.iter().position(|i| *i as usize >= vertices) {
+        return Err(TrainError::Corner { face: corner / 3 });
+    }
+    if let Some(corner) = input.faces.iter().position(|i| *i as usize >= vertices) {
+        return Err(TrainError::Corner { face: corner / 3 });
+    }
+    let is_finite = |v: &usize| {
+        let row = 3 * v..3 * v + 3;
+        let all = input.positions[row.clone()].iter().chain(&input.normals[row]);
+        all.chain([&input.exposure[*v]]).all(|x| x.is_finite())
+    };
+    match (0..vertices).find(|v| !is_finite(v)) {
+        Some(vertex) => Err(TrainError::NotFinite { vertex }),
+        None => Ok(()),
     }
 }

@@ -3,9 +3,11 @@
 
 use super::backbone::Widths;
 use super::evaluate::{Frame, evaluate, evaluate_need};
-use super::kernels::Path;
+use super::kernels::path::Path;
 use super::losses::{Loss, LossWeights};
-use super::train::*;
+use super::run::train_need;
+use super::train::train;
+use super::training::{Sample, TrainError, TrainInput, TrainOutput, TrainSettings, TrainSummary, Unwatched, Watch};
 use crate::base::scratch::Scratch;
 use crate::base::workers::{Serial, Workers};
 use core::ops::ControlFlow;
@@ -38,19 +40,20 @@ fn sheet(side: usize) -> Sheet {
     Sheet { positions, normals, faces, exposure }
 }
 
-const SMALL: Settings = Settings { widths: Widths { hidden: 16, code: 4 }, steps: 300, batch: 0, ..Settings::PAPER };
+const SMALL: TrainSettings =
+    TrainSettings { widths: Widths { hidden: 16, code: 4 }, steps: 300, batch: 0, ..TrainSettings::PAPER };
 
 struct Result {
     q: Vec<f32>,
     scores: Vec<f32>,
     weights: Vec<f32>,
     curve: Vec<Sample>,
-    summary: core::result::Result<Summary, TrainError>,
+    summary: core::result::Result<TrainSummary, TrainError>,
 }
 
 fn run(
     sheet: &Sheet,
-    settings: &Settings,
+    settings: &TrainSettings,
     path: Path,
     workers: &dyn Workers,
     watch: &mut dyn Watch,
@@ -60,8 +63,8 @@ fn run(
     let mut bytes = vec![0; train_need(n, sheet.faces.len() / 3, settings) - less];
     let (mut q, mut scores) = (vec![-7.0; 2 * n], vec![-7.0; n]);
     let (mut weights, mut curve) = (vec![-7.0; settings.widths.parameter_count()], vec![Sample::default(); 10]);
-    let output = Output { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
-    let input = Input {
+    let output = TrainOutput { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
+    let input = TrainInput {
         positions: &sheet.positions,
         normals: &sheet.normals,
         faces: &sheet.faces,
@@ -105,7 +108,7 @@ fn losses_fall_and_the_curve_is_sampled_to_the_end() {
 #[test]
 fn paths_threads_and_repetition_do_not_change_a_bit_and_the_seed_does() {
     for batch in [0, 40] {
-        let settings = Settings { steps: 12, batch, weights: SMALL.weights.with(Loss::Fold, 0.01), ..SMALL };
+        let settings = TrainSettings { steps: 12, batch, weights: SMALL.weights.with(Loss::Fold, 0.01), ..SMALL };
         let sheet = sheet(9);
         let first = run(&sheet, &settings, Path::best(), &Serial, &mut Unwatched, 0);
         first.summary.unwrap();
@@ -114,7 +117,7 @@ fn paths_threads_and_repetition_do_not_change_a_bit_and_the_seed_does() {
             assert_eq!(bits(&first.weights), bits(&again.weights), "batch {batch} {path:?}");
             assert_eq!((bits(&first.q), bits(&first.scores)), (bits(&again.q), bits(&again.scores)));
         }
-        let other = run(&sheet, &Settings { seed: 1, ..settings }, Path::best(), &Serial, &mut Unwatched, 0);
+        let other = run(&sheet, &TrainSettings { seed: 1, ..settings }, Path::best(), &Serial, &mut Unwatched, 0);
         assert_ne!(bits(&first.weights), bits(&other.weights));
     }
 }
@@ -136,7 +139,7 @@ fn a_watcher_that_breaks_gets_the_best_map_so_far() {
 #[test]
 fn evaluation_at_one_vertex_gives_the_bits_of_training_at_all() {
     let sheet = sheet(30); // more than one chunk
-    let settings = Settings { steps: 3, batch: 64, ..SMALL };
+    let settings = TrainSettings { steps: 3, batch: 64, ..SMALL };
     let result = run(&sheet, &settings, Path::best(), &Serial, &mut Unwatched, 0);
     let frame = Frame::of(&sheet.positions);
     assert_eq!(result.summary.unwrap().frame, frame);
@@ -168,7 +171,7 @@ fn what_cannot_be_learned_is_an_error_and_odd_meshes_are_not() {
     let fails = |change: &dyn Fn(&mut Sheet)| {
         let mut sheet = sheet(4);
         change(&mut sheet);
-        run(&sheet, &Settings { steps: 2, ..SMALL }, Path::Plain, &Serial, &mut Unwatched, 0).summary
+        run(&sheet, &TrainSettings { steps: 2, ..SMALL }, Path::Plain, &Serial, &mut Unwatched, 0).summary
     };
     assert_eq!(fails(&|s| s.faces[4] = 16), Err(TrainError::Corner { face: 1 }));
     assert_eq!(fails(&|s| s.positions[5] = f32::NAN), Err(TrainError::NotFinite { vertex: 1 }));
@@ -190,7 +193,7 @@ fn what_cannot_be_learned_is_an_error_and_odd_meshes_are_not() {
 #[test]
 fn a_loss_of_weight_zero_does_not_move_the_map() {
     let none = LossWeights([0.0; Loss::ALL.len()]);
-    let settings = Settings { steps: 5, weights: none.with(Loss::Wrap, 1.0), ..SMALL };
+    let settings = TrainSettings { steps: 5, weights: none.with(Loss::Wrap, 1.0), ..SMALL };
     let wrap = run(&sheet(6), &settings, Path::best(), &Serial, &mut Unwatched, 0);
     let mut still = sheet(6);
     still.exposure.fill(0.3); // looked at by the visibility loss alone

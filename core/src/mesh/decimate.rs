@@ -74,7 +74,7 @@ pub fn decimate(
     let working_twin = scratch.take::<u32>(3 * faces.len())?;
     working_twin.copy_from(twin);
     let dead = scratch.take::<u8>(faces.len())?;
-    let mut work = Work {
+    let mut work = Collapsing {
         positions: mesh.positions,
         table: CornerTable { faces, twin: working_twin },
         corner: scratch.take_filled(n, NONE)?,
@@ -174,7 +174,7 @@ impl Around {
 }
 
 /// State of the collapses.
-struct Work<'a> {
+struct Collapsing<'a> {
     positions: &'a [DVec3], // (n)
     table: CornerTable<'a>,
     corner: &'a mut [u32], // (n) a corner; on the border the one whose half-edge is the border; NONE: locked
@@ -185,7 +185,7 @@ struct Work<'a> {
     best: &'a mut [Collapse], // (n) of those that do
 }
 
-impl Work<'_> {
+impl Collapsing<'_> {
     fn position(&self, v: u32) -> DVec3 {
         self.positions[v as usize]
     }

@@ -76,7 +76,7 @@ fn walk(twin: &[u32], done: &mut [u8], first: u32, mut visit: impl FnMut(u32)) {
 /// A component in numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Shape {
+pub struct ComponentShape {
     /// Vertices.
     pub vertices: u32,
     /// Edges, those on the border included.
@@ -87,7 +87,7 @@ pub struct Shape {
     pub loops: u32,
 }
 
-impl Shape {
+impl ComponentShape {
     /// V - E + F: 2 for a sphere, 1 for a disk, 0 for a torus or an open cylinder.
     pub fn euler(&self) -> i64 {
         i64::from(self.vertices) - i64::from(self.edges) + i64::from(self.faces)
@@ -111,7 +111,7 @@ pub const fn shapes_need(faces: usize, vertices: usize) -> usize {
 
 /// Fills `shape` (one entry a component) from faces, twins, each face's `component` and the number of vertices. O(f).
 pub fn shapes(
-    shape: &mut [Shape],
+    shape: &mut [ComponentShape],
     faces: &[[u32; 3]],
     twin: &[u32],
     component: &[u32],
@@ -119,7 +119,7 @@ pub fn shapes(
     mut scratch: Scratch,
 ) -> Result<(), ScratchTooSmall> {
     scratch.require(shapes_need(faces.len(), vertex_count))?;
-    shape.fill(Shape::default());
+    shape.fill(ComponentShape::default());
     let corner = scratch.take::<u32>(vertex_count)?;
     vertex_corners(corner, faces);
     for &c in corner.iter().filter(|c| **c != NONE) {
@@ -156,8 +156,8 @@ mod tests {
         twin
     }
 
-    fn shape_of(faces: &[[u32; 3]], vertices: usize) -> Shape {
-        let mut shape = [Shape::default()];
+    fn shape_of(faces: &[[u32; 3]], vertices: usize) -> ComponentShape {
+        let mut shape = [ComponentShape::default()];
         let mut bytes = vec![0u8; shapes_need(faces.len(), vertices)];
         let twin = twins_of(faces, vertices);
         shapes(&mut shape, faces, &twin, &vec![0; faces.len()], vertices, Scratch::new(&mut bytes)).unwrap();
@@ -216,7 +216,7 @@ mod tests {
         let mut bytes = vec![0u8; boundary_loops_need(1) - 1];
         assert!(boundary_loops(&mut [0; 3], &mut [0; 4], &twin, Scratch::new(&mut bytes)).is_err());
         let mut bytes = vec![0u8; shapes_need(1, 3) - 1];
-        let mut shape = [Shape::default()];
+        let mut shape = [ComponentShape::default()];
         assert!(shapes(&mut shape, &[[0, 1, 2]], &twin, &[0], 3, Scratch::new(&mut bytes)).is_err());
     }
 }

@@ -8,9 +8,10 @@
 //! Guaranteed at the end: each edge, named by its two working vertices, has one half-edge, or two that are twins and run
 //! in opposite directions; the corners at a vertex are one fan.
 
-use super::facets::{DIAGONAL, Draft};
+use super::draft::Draft;
 use super::topology::fan_start;
 use super::view::{NONE, next, prev};
+use super::working::DIAGONAL;
 use crate::base::real::atan2;
 use crate::base::slices::Slices;
 use crate::base::sort;

@@ -6,15 +6,19 @@ pub mod frame;
 pub mod loops;
 pub mod normals;
 pub mod polygon;
+pub mod polygons;
 pub mod quadric;
 pub mod repair;
 pub mod ring;
 pub mod topology;
 pub mod view;
+pub mod working;
 
-mod facets; // the steps of `repair`
+mod draft; // the steps of `repair`
+mod facets;
 mod manifold;
 mod orient;
 #[cfg(test)]
 mod repair_tests;
+mod unit_box;
 pub mod weld;

@@ -5,8 +5,9 @@
 //! round. On a surface with one side only (Moebius, Klein) some edges disagree in the end, and [`cut_conflicts`] opens
 //! them: the seam of the input's own orientation where it has just one.
 
-use super::facets::Draft;
-use super::repair::{Polygons, UnitBox};
+use super::draft::Draft;
+use super::polygons::Polygons;
+use super::unit_box::UnitBox;
 use super::view::NONE;
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};

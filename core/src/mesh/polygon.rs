@@ -52,7 +52,7 @@ pub fn triangulate(
     }
     let plane = scratch.take::<DVec2>(points.len())?;
     project(plane, points, normal);
-    Ok(clip(triangles, Ring::new(plane, &mut scratch)?))
+    Ok(clip(triangles, EarRing::new(plane, &mut scratch)?))
 }
 
 /// Joins the sides that the `triangles` of one polygon share: `twin` (3 a triangle) is set to NONE on the polygon's
@@ -132,7 +132,7 @@ enum Rule {
 }
 
 /// Returns whether the strictest rule was enough.
-fn clip(triangles: &mut [[u32; 3]], mut ring: Ring) -> bool {
+fn clip(triangles: &mut [[u32; 3]], mut ring: EarRing) -> bool {
     let Some((last, ears)) = triangles.split_last_mut() else { return false };
     let (mut at, mut clean) = (0, true);
     for (t, triangle) in ears.iter_mut().enumerate() {
@@ -162,7 +162,7 @@ fn clip(triangles: &mut [[u32; 3]], mut ring: Ring) -> bool {
 }
 
 /// The corners that are left, linked both ways, and the ones among them that can lie inside an ear.
-struct Ring<'a> {
+struct EarRing<'a> {
     plane: &'a [DVec2],
     next: &'a mut [u32],
     prev: &'a mut [u32],
@@ -172,7 +172,7 @@ struct Ring<'a> {
     effort: usize,
 }
 
-impl<'a> Ring<'a> {
+impl<'a> EarRing<'a> {
     fn new(plane: &'a [DVec2], scratch: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
         let n = plane.len();
         let (next, prev) = (scratch.take::<u32>(n)?, scratch.take::<u32>(n)?);

@@ -10,12 +10,16 @@
 //! equal stay apart. Faces that are turned round against the input have a mirrored UV in the eyes of a reader that goes
 //! by the file's order of corners, see [`Facing`].
 
-use super::facets::{Draft, facets, facets_need};
+use super::draft::Draft;
+use super::facets::{facets, facets_need};
 use super::loops::{border_count, count_loops};
 use super::manifold::{Pull, Untangled, join_crowds, join_pairs, sort_edges, split_vertices, untangle};
 use super::orient::{cut_conflicts, orient, orient_need};
-use super::view::{MeshView, NONE, next};
+use super::polygons::{Counts, Polygons};
+use super::unit_box::UnitBox;
+use super::view::{NONE, next};
 use super::weld::{weld, weld_need};
+use super::working::{DIAGONAL, FORCED, Working};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::union_find::UnionFind;
 use glam::{DVec2, DVec3};
@@ -23,68 +27,6 @@ use glam::{DVec2, DVec3};
 /// A face whose height over its longest side is below this share of that side counts as one of zero area. It is only
 /// counted: 1e-12 would leave out caps that one rounding moves, 1e-6 would count slivers that flatten well.
 pub const FLAT: f64 = 1e-9;
-
-/// Mark in [`Working::fixed`]: a diagonal inside a polygon, never to be cut.
-pub const DIAGONAL: u8 = super::facets::DIAGONAL;
-/// Mark in [`Working::fixed`]: a border of the UVs that the input came with, to be cut whatever it costs.
-pub const FORCED: u8 = 2;
-
-/// The user's polygons, nothing merged.
-#[derive(Clone, Copy)]
-pub struct Polygons<'a> {
-    /// Vertex positions in the user's units.
-    pub positions: &'a [DVec3], // (n)
-    /// Vertex index of each polygon corner, polygon after polygon.
-    pub corners: &'a [u32], // (c)
-    /// First corner of each polygon, and the number of corners at the end.
-    pub polygon_start: &'a [u32], // (p + 1)
-    /// UVs that came with the corners, whose borders become [`FORCED`]; NaN where a corner has none.
-    pub kept_uv: Option<&'a [DVec2]>, // (c)
-}
-
-impl Polygons<'_> {
-    /// The corners of each polygon.
-    pub fn polygons(&self) -> impl Iterator<Item = core::ops::Range<u32>> {
-        self.polygon_start.windows(2).map(|ends| ends[0]..ends[1])
-    }
-
-    /// Triangles that the polygons would have if none were degenerate, and the most corners of one polygon.
-    fn size(&self) -> (usize, usize) {
-        self.polygons().fold((0, 0), |(triangles, longest), corners| {
-            let n = corners.len().min(self.corners.len());
-            (usize::saturating_add(triangles, n.saturating_sub(2)), longest.max(n))
-        })
-    }
-
-    /// What needs of memory depend on.
-    pub fn counts(&self) -> Counts {
-        let (triangles, longest) = self.size();
-        let polygons = self.polygon_start.len().saturating_sub(1);
-        Counts { vertices: self.positions.len(), corners: self.corners.len(), polygons, triangles, longest }
-    }
-}
-
-/// How large a mesh is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Counts {
-    /// Vertices.
-    pub vertices: usize,
-    /// Polygon corners.
-    pub corners: usize,
-    /// Polygons.
-    pub polygons: usize,
-    /// Triangles that the polygons would have if none were degenerate.
-    pub triangles: usize,
-    /// The most corners of one polygon.
-    pub longest: usize,
-}
-
-impl Counts {
-    /// Those of a mesh of triangles.
-    pub const fn of_triangles(vertices: usize, triangles: usize) -> Self {
-        Self { vertices, corners: triangles.saturating_mul(3), polygons: triangles, triangles, longest: 3 }
-    }
-}
 
 /// What happens where neighbouring faces of the input disagree about the outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -97,45 +39,9 @@ pub enum Facing {
     AsGiven,
 }
 
-/// The working mesh.
-#[derive(Clone, Copy, Debug)]
-pub struct Working<'a> {
-    /// Working vertices of each triangle.
-    pub faces: &'a [[u32; 3]], // (f)
-    /// Positions, box centred on the origin, its largest side 1.
-    pub positions: &'a [DVec3], // (v)
-    /// Input corner that each working corner stands for.
-    pub corner_source: &'a [u32], // (3 f)
-    /// Lowest input vertex at the place of each working vertex.
-    pub vertex_source: &'a [u32], // (v)
-    /// The half-edge on the other side of each half-edge, or `NONE` on the border.
-    pub twin: &'a [u32], // (3 f)
-    /// 0, [`DIAGONAL`] or [`FORCED`] for each half-edge, the same for twins.
-    pub fixed: &'a [u8], // (3 f)
-    /// Input polygon of each face; the faces of one polygon stand together.
-    pub polygon: &'a [u32], // (f)
-    /// Component of each face, numbered by lowest face.
-    pub component: &'a [u32], // (f)
-    /// How many components there are.
-    pub component_count: usize,
-    /// Lowest input vertex at the place of each input vertex; `NONE` for vertices that no corner names.
-    pub welded: &'a [u32], // (n)
-    /// Input position = working position x extent + centre.
-    pub centre: DVec3,
-    /// Largest side of the input's box, of vertices that a face has. Infinite only if that is beyond f64.
-    pub extent: f64,
-}
-
-impl<'a> Working<'a> {
-    /// Positions and faces.
-    pub fn mesh(&self) -> MeshView<'a> {
-        MeshView { positions: self.positions, faces: self.faces }
-    }
-}
-
 /// What was repaired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Summary {
+pub struct RepairSummary {
     /// Input vertices merged into another at the same place.
     pub welded_vertices: usize,
     /// Triangles that would have had a vertex twice.
@@ -229,11 +135,11 @@ pub fn repair<'a>(
     input: &Polygons,
     facing: Facing,
     out: &mut Scratch<'a>,
-) -> Result<(Working<'a>, Summary), RepairError> {
+) -> Result<(Working<'a>, RepairSummary), RepairError> {
     out.require(repair_need(&input.counts()))?;
     check(input)?;
     let (triangles, longest) = input.size();
-    let mut summary = Summary::default();
+    let mut summary = RepairSummary::default();
 
     let welded = out.take_filled::<u32>(input.positions.len(), NONE)?;
     let component = out.take::<u32>(triangles)?;
@@ -308,7 +214,7 @@ fn check(input: &Polygons) -> Result<(), RepairError> {
 /// Twins, orientation and vertices of the draft. Returns the number of vertices.
 fn join_and_split(
     draft: &mut Draft,
-    summary: &mut Summary,
+    summary: &mut RepairSummary,
     input: &Polygons,
     facing: Facing,
     signature: &[u64],
@@ -392,7 +298,7 @@ fn mark_kept_borders(draft: &mut Draft, input: &Polygons) {
 }
 
 /// Counts what the finished mesh shows.
-fn measure(summary: &mut Summary, working: &Working) {
+fn measure(summary: &mut RepairSummary, working: &Working) {
     let mesh = working.mesh();
     for (f, face) in mesh.faces.iter().enumerate() {
         let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
@@ -404,25 +310,4 @@ fn measure(summary: &mut Summary, working: &Working) {
     summary.components = working.component_count;
     summary.euler = mesh.positions.len() as i64 - edges as i64 + mesh.faces.len() as i64;
     summary.genus = (2 * summary.components as i64 - summary.boundary_loops as i64 - summary.euler) / 2;
-}
-
-/// The box of some points, and the map that centres it and makes its largest side 1.
-pub(super) struct UnitBox {
-    centre: DVec3,
-    half: f64, // of the largest side: the side itself may be beyond f64
-}
-
-impl UnitBox {
-    fn new(points: impl Iterator<Item = DVec3>) -> Self {
-        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = points.fold(start, |(low, high), p| (low.min(p), high.max(p)));
-        let (low, high) = (low * 0.5, high * 0.5);
-        let half = (high - low).max_element();
-        Self { centre: low + high, half: if half > 0.0 { half } else { 1.0 } }
-    }
-
-    /// Every step is exact under scaling by a power of two.
-    pub fn place(&self, p: DVec3) -> DVec3 {
-        (p - self.centre) / self.half * 0.5
-    }
 }

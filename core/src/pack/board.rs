@@ -4,8 +4,8 @@
 //! later masks need it; larger values are upper bounds), so that one look-up at a mask's deepest cell rejects most places.
 //! A free place is one where no bit of the mask is blocked; distances only save comparing bits.
 
-use super::layout::Gap;
 use super::mask::Mask;
+use super::placement::Gap;
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use core::ops::Range;

@@ -1,8 +1,8 @@
 //! Charts on the move: f32 poses, and how deep one lies in another.
 
-use super::field::{Fields, Shape};
-use super::layout::Pose;
+use super::field::{FieldShape, Fields};
 use super::outline;
+use super::placement::Pose;
 use glam::Vec2;
 
 /// A chart's pose while it moves.
@@ -31,9 +31,9 @@ impl Body {
 #[inline(always)]
 pub(super) fn one_way(
     fields: &Fields,
-    a: &Shape,
+    a: &FieldShape,
     body_a: &Body,
-    b: &Shape,
+    b: &FieldShape,
     body_b: &Body,
     gap: f32,
     limit: f32,

@@ -4,8 +4,8 @@
 //! another's faces is found by its winding number. Boxes of charts, then of runs of 16 segments, leave few pairs.
 //! Distances are rounded as f64 are: 1e-15 of the square.
 
-use super::layout::Pose;
-use super::outline::{self, Edge, Outlines};
+use super::outline::{self, BorderEdge, Outlines};
+use super::placement::Pose;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
 use glam::DVec2;
@@ -13,14 +13,14 @@ use glam::DVec2;
 /// Segments under one box.
 const RUN: usize = 16;
 
-type Bounds = [DVec2; 2];
+type Extent = [DVec2; 2];
 
 /// Bytes that [`check`] takes.
 pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
-    bytes_for::<Edge>(edge_count)
-        + bytes_for::<Bounds>(edge_count / RUN + chart_count + 1)
+    bytes_for::<BorderEdge>(edge_count)
+        + bytes_for::<Extent>(edge_count / RUN + chart_count + 1)
         + bytes_for::<u32>(chart_count + 1)
-        + bytes_for::<Bounds>(chart_count)
+        + bytes_for::<Extent>(chart_count)
         + bytes_for::<u32>(chart_count)
 }
 
@@ -35,10 +35,10 @@ pub(super) fn check(
 ) -> Result<bool, ScratchTooSmall> {
     let count = poses.len();
     let mut frame = scratch.frame();
-    let edges = frame.take::<Edge>(outlines.edges.len())?;
-    let runs = frame.take::<Bounds>(edges.len() / RUN + count + 1)?;
+    let edges = frame.take::<BorderEdge>(outlines.edges.len())?;
+    let runs = frame.take::<Extent>(edges.len() / RUN + count + 1)?;
     let run_start = frame.take::<u32>(count + 1)?;
-    let boxes = frame.take::<Bounds>(count)?;
+    let boxes = frame.take::<Extent>(count)?;
     let order = frame.take::<u32>(count)?;
     place(edges, runs, run_start, boxes, poses, outlines);
     order.iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
@@ -67,10 +67,10 @@ pub(super) fn check(
 
 /// Moves borders to their poses and boxes them.
 fn place(
-    edges: &mut [Edge],
-    runs: &mut [Bounds],
+    edges: &mut [BorderEdge],
+    runs: &mut [Extent],
     run_start: &mut [u32],
-    boxes: &mut [Bounds],
+    boxes: &mut [Extent],
     poses: &[Pose],
     outlines: &Outlines,
 ) {
@@ -97,14 +97,14 @@ fn place(
 }
 
 /// Distance of two boxes.
-fn apart(a: Bounds, b: Bounds) -> f64 {
+fn apart(a: Extent, b: Extent) -> f64 {
     (a[0] - b[1]).max(b[0] - a[1]).max(DVec2::ZERO).length()
 }
 
 struct Placed<'a> {
     outlines: &'a Outlines<'a>,
-    edges: &'a [Edge],
-    runs: &'a [Bounds],
+    edges: &'a [BorderEdge],
+    runs: &'a [Extent],
     run_start: &'a [u32],
 }
 
@@ -130,11 +130,11 @@ impl Placed<'_> {
         least
     }
 
-    fn border(&self, chart: usize) -> &[Edge] {
+    fn border(&self, chart: usize) -> &[BorderEdge] {
         &self.edges[self.outlines.edge_start[chart] as usize..self.outlines.edge_start[chart + 1] as usize]
     }
 
-    fn run(&self, chart: usize, run: usize) -> &[Edge] {
+    fn run(&self, chart: usize, run: usize) -> &[BorderEdge] {
         let border = self.border(chart);
         let first = (run - self.run_start[chart] as usize) * RUN;
         &border[first..(first + RUN).min(border.len())]
@@ -170,9 +170,10 @@ impl Placed<'_> {
 }
 
 /// Distance of two segments; 0 where they cross.
-pub(super) fn segments_apart(a: Edge, b: Edge) -> f64 {
-    let side = |e: Edge, p: DVec2| (e[1] - e[0]).perp_dot(p - e[0]);
-    let crosses = |e: Edge, f: Edge| side(e, f[0]) * side(e, f[1]) < 0.0 && side(f, e[0]) * side(f, e[1]) < 0.0;
+pub(super) fn segments_apart(a: BorderEdge, b: BorderEdge) -> f64 {
+    let side = |e: BorderEdge, p: DVec2| (e[1] - e[0]).perp_dot(p - e[0]);
+    let crosses =
+        |e: BorderEdge, f: BorderEdge| side(e, f[0]) * side(e, f[1]) < 0.0 && side(f, e[0]) * side(f, e[1]) < 0.0;
     if crosses(a, b) {
         return 0.0;
     }
@@ -181,7 +182,7 @@ pub(super) fn segments_apart(a: Edge, b: Edge) -> f64 {
 }
 
 /// Squared distance of a point from a segment.
-pub(super) fn to_segment(p: DVec2, [a, b]: Edge) -> f64 {
+pub(super) fn to_segment(p: DVec2, [a, b]: BorderEdge) -> f64 {
     let (along, length) = (b - a, (b - a).length_squared());
     let t = if length > 0.0 { ((p - a).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
     (p - a - along * t).length_squared()

@@ -8,7 +8,7 @@
 //! exact check has the last word.
 
 use super::clearance::to_segment;
-use super::outline::{Edge, Outlines};
+use super::outline::{BorderEdge, Outlines};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use glam::{DVec2, Vec2};
@@ -25,7 +25,7 @@ const RUN: usize = 8;
 /// A run of border points, or of such runs, and a circle around it.
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-pub(super) struct Run {
+pub(super) struct PointRun {
     pub centre: Vec2,
     pub radius: f32,
     pub first: u32,
@@ -35,7 +35,7 @@ pub(super) struct Run {
 /// A chart's lattice and points.
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-pub(super) struct Shape {
+pub(super) struct FieldShape {
     low: Vec2,
     /// Just below the last node's column and row.
     last: Vec2,
@@ -49,10 +49,10 @@ pub(super) struct Shape {
 /// The fields and points of all charts.
 #[derive(Clone, Copy)]
 pub(super) struct Fields<'a> {
-    pub shapes: &'a [Shape], // (k)
+    pub shapes: &'a [FieldShape], // (k)
     /// Runs of runs.
-    groups: &'a [Run],
-    pub runs: &'a [Run],
+    groups: &'a [PointRun],
+    pub runs: &'a [PointRun],
     pub points: &'a [Vec2],
     nodes: &'a [f32],
     /// Lattice steps a unit.
@@ -69,8 +69,8 @@ fn points_bound(edge_count: usize, chart_count: usize) -> usize {
 /// Bytes that [`Fields::new`] takes.
 pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
     let points = points_bound(edge_count, chart_count);
-    bytes_for::<Shape>(chart_count)
-        + 2 * bytes_for::<Run>(points)
+    bytes_for::<FieldShape>(chart_count)
+        + 2 * bytes_for::<PointRun>(points)
         + bytes_for::<Vec2>(points)
         + bytes_for::<f32>(NODES)
         + bytes_for::<u32>(NODES)
@@ -81,10 +81,10 @@ impl<'a> Fields<'a> {
     /// Builds the fields; `margin` is the distance around a chart that they must cover.
     pub fn new(outlines: &Outlines, margin: f64, scratch: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
         let count = outlines.count();
-        let shapes = scratch.take::<Shape>(count)?;
+        let shapes = scratch.take::<FieldShape>(count)?;
         let bound = points_bound(outlines.edges.len(), count);
-        let groups = scratch.take::<Run>(bound)?;
-        let runs = scratch.take::<Run>(bound)?;
+        let groups = scratch.take::<PointRun>(bound)?;
+        let runs = scratch.take::<PointRun>(bound)?;
         let points = scratch.take::<Vec2>(bound)?;
         let nodes = scratch.take::<f32>(NODES)?;
         let mut frame = scratch.frame();
@@ -110,7 +110,7 @@ impl<'a> Fields<'a> {
                 groups[group_count] = around(&runs[..run_count.min(first + RUN)], first);
                 group_count += 1;
             }
-            *shape = Shape {
+            *shape = FieldShape {
                 low: low.as_vec2(),
                 columns: columns as u32,
                 last: Vec2::new(columns as f32 - 1.001, rows as f32 - 1.001),
@@ -127,13 +127,13 @@ impl<'a> Fields<'a> {
 
     /// Runs of runs of a chart.
     #[inline]
-    pub fn groups_of(&self, shape: &Shape) -> &'a [Run] {
+    pub fn groups_of(&self, shape: &FieldShape) -> &'a [PointRun] {
         &self.groups[shape.first_group as usize..][..shape.group_count as usize]
     }
 
     /// Lattice coordinates of `p`, drawn into the lattice.
     #[inline(always)]
-    fn locate(&self, shape: &Shape, p: Vec2) -> (Vec2, Vec2) {
+    fn locate(&self, shape: &FieldShape, p: Vec2) -> (Vec2, Vec2) {
         let q = (p - shape.low) * self.scale;
         (q, q.max(Vec2::ZERO).min(shape.last))
     }
@@ -141,14 +141,14 @@ impl<'a> Fields<'a> {
     /// Signed distance of `p` from the chart's border, right where it is below the margin: outside the lattice stands
     /// what its rim holds.
     #[inline(always)]
-    pub fn distance(&self, shape: &Shape, p: Vec2) -> f32 {
+    pub fn distance(&self, shape: &FieldShape, p: Vec2) -> f32 {
         let (_, q) = self.locate(shape, p);
         self.sample(shape, q)
     }
 
     /// A distance from the chart's border that is surely not more than the true one.
     #[inline(always)]
-    pub fn distance_at_least(&self, shape: &Shape, p: Vec2) -> f32 {
+    pub fn distance_at_least(&self, shape: &FieldShape, p: Vec2) -> f32 {
         let (q, near) = self.locate(shape, p);
         let inside = self.sample(shape, near);
         let beyond = (q - near).abs().max_element() / self.scale;
@@ -158,7 +158,7 @@ impl<'a> Fields<'a> {
     /// How deep points, turned and shifted, lie in the chart grown by `gap`, summed in a fixed order. A full run is one
     /// stretch of plain loops, which `base::vector::wide` compiles for wider registers.
     #[inline(always)]
-    pub fn depth(&self, shape: &Shape, points: &[Vec2], turn: Vec2, shift: Vec2, gap: f32) -> f32 {
+    pub fn depth(&self, shape: &FieldShape, points: &[Vec2], turn: Vec2, shift: Vec2, gap: f32) -> f32 {
         let Ok(points) = <&[Vec2; RUN]>::try_from(points) else {
             return points.iter().map(|p| (gap - self.distance(shape, turn.rotate(*p) + shift)).max(0.0)).sum();
         };
@@ -190,7 +190,7 @@ impl<'a> Fields<'a> {
     }
 
     #[inline(always)]
-    fn sample(&self, shape: &Shape, q: Vec2) -> f32 {
+    fn sample(&self, shape: &FieldShape, q: Vec2) -> f32 {
         let Some(([a, b, c, d], fx, fy)) = self.cell(shape, q) else { return 0.0 };
         let (low, high) = (a + (b - a) * fx, c + (d - c) * fx);
         low + (high - low) * fy
@@ -198,7 +198,7 @@ impl<'a> Fields<'a> {
 
     /// The nodes around a place in the lattice, and where it is between them.
     #[inline(always)]
-    fn cell(&self, shape: &Shape, q: Vec2) -> Option<([f32; 4], f32, f32)> {
+    fn cell(&self, shape: &FieldShape, q: Vec2) -> Option<([f32; 4], f32, f32)> {
         let (x, y) = (q.x as u32, q.y as u32);
         let at = (shape.first_node + y * shape.columns + x) as usize;
         let &[a, b] = self.nodes.get(at..)?.first_chunk()?;
@@ -209,9 +209,9 @@ impl<'a> Fields<'a> {
 
 /// Walks the loops and leaves a point about every `spacing`: where each of even steps sticks out farthest.
 fn walk(
-    edges: &[Edge],
+    edges: &[BorderEdge],
     spacing: f64,
-    runs: &mut [Run],
+    runs: &mut [PointRun],
     run_count: &mut usize,
     points: &mut [Vec2],
     point_count: &mut usize,
@@ -230,7 +230,7 @@ fn walk(
             let (tip, after) = outermost(&edges[at..next], edge - at, walked, from, to);
             (edge, walked) = (at + after.0, after.1);
             if part.is_multiple_of(RUN) {
-                runs[*run_count] = Run { first: *point_count as u32, ..Run::default() };
+                runs[*run_count] = PointRun { first: *point_count as u32, ..PointRun::default() };
                 *run_count += 1;
             }
             points[*point_count] = tip.as_vec2();
@@ -249,18 +249,18 @@ fn walk(
 }
 
 /// The runs from `first` on as one, with a circle around theirs.
-fn around(runs: &[Run], first: usize) -> Run {
+fn around(runs: &[PointRun], first: usize) -> PointRun {
     let own = &runs[first..];
     let (low, high) =
         own.iter().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(l, h), r| (l.min(r.centre), h.max(r.centre)));
     let centre = (low + high) * 0.5;
     let radius = own.iter().map(|r| r.centre.distance(centre) + r.radius).fold(0.0, f32::max) * (1.0 + 1e-6);
-    Run { centre, radius, first: first as u32, count: own.len() as u32 }
+    PointRun { centre, radius, first: first as u32, count: own.len() as u32 }
 }
 
 /// The point of the border between lengths `from` and `to` that sticks out farthest; and the edge that holds `to`, with
 /// the length before it. `edge` holds `from`, with length `walked` before it. The chart lies to the left, so out is right.
-fn outermost(edges: &[Edge], edge: usize, walked: f64, from: f64, to: f64) -> (DVec2, (usize, f64)) {
+fn outermost(edges: &[BorderEdge], edge: usize, walked: f64, from: f64, to: f64) -> (DVec2, (usize, f64)) {
     let point = |edge: usize, walked: f64, due: f64| {
         let own = edges[edge][0].distance(edges[edge][1]);
         let share = if own > 0.0 { ((due - walked) / own).clamp(0.0, 1.0) } else { 0.0 };
@@ -316,7 +316,7 @@ impl Lattice {
         self.low + DVec2::new(x as f64, y as f64) * self.step
     }
 
-    fn fill(&self, nodes: &mut [f32], nearest: &mut [u32], winding: &mut [i16], edges: &[Edge]) {
+    fn fill(&self, nodes: &mut [f32], nearest: &mut [u32], winding: &mut [i16], edges: &[BorderEdge]) {
         nodes.fill(f32::INFINITY);
         winding.fill(0);
         for (i, edge) in edges.iter().enumerate() {
@@ -335,7 +335,7 @@ impl Lattice {
     }
 
     /// Exact squared distances at the nodes next to a segment.
-    fn seed(&self, nodes: &mut [f32], nearest: &mut [u32], edge: &Edge, index: u32) {
+    fn seed(&self, nodes: &mut [f32], nearest: &mut [u32], edge: &BorderEdge, index: u32) {
         let [p, q] = edge.map(|p| (p - self.low) / self.step);
         let (low, high) = (p.min(q), p.max(q));
         for y in (low.y - 1.0).max(0.0) as usize..=((high.y + 2.0) as usize).min(self.rows - 1) {
@@ -358,7 +358,7 @@ impl Lattice {
     }
 
     /// Counts a segment's crossings of the lattice rows at the first node to their right.
-    fn cross(&self, winding: &mut [i16], edge: &Edge) {
+    fn cross(&self, winding: &mut [i16], edge: &BorderEdge) {
         let [p, q] = edge.map(|p| (p - self.low) / self.step);
         let (low, high, sign) = if p.y <= q.y { (p, q, 1) } else { (q, p, -1) };
         for y in real::ceil(low.y).max(0.0) as usize..=(high.y.max(0.0) as usize).min(self.rows - 1) {
@@ -373,7 +373,7 @@ impl Lattice {
     }
 
     /// Carries nearest segments from node to node: four sweeps over eight neighbours.
-    fn spread(&self, nodes: &mut [f32], nearest: &mut [u32], edges: &[Edge]) {
+    fn spread(&self, nodes: &mut [f32], nearest: &mut [u32], edges: &[BorderEdge]) {
         let (columns, rows) = (self.columns as isize, self.rows as isize);
         for sweep in 0..2 {
             let forward = sweep == 0;

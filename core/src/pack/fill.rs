@@ -8,9 +8,9 @@
 //! Limits: a gap costs up to a cell more than the padding. Cost a trial: about linear in the charts for a given raster.
 
 use super::board::Board;
-use super::layout::{Gap, Pose, common_box};
 use super::mask::Mask;
-use super::outline::{self, Outlines};
+use super::outline::{self, Outlines, common_box};
+use super::placement::{Gap, Pose};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
@@ -23,7 +23,7 @@ use glam::DVec2;
 const LANES: usize = 2;
 
 /// How finely a number of charts is filled.
-struct Plan {
+struct FillPlan {
     /// Up to so many charts.
     charts: usize,
     /// Cells a side, a multiple of 64.
@@ -35,14 +35,14 @@ struct Plan {
 
 /// Coarse where separation follows, fine where the raster's gaps stay. At 459 charts 16 turns fill .690 of the square
 /// and 8 turns .685 in 0.7 of the time; at 4802 charts a lane takes 4 s of CPU time.
-const PLANS: [Plan; 4] = [
-    Plan { charts: 32, raster: 256, turns: 8, lanes: 2 },
-    Plan { charts: 160, raster: 1024, turns: 16, lanes: 2 },
-    Plan { charts: 1000, raster: 1024, turns: 16, lanes: 2 },
-    Plan { charts: usize::MAX, raster: 1024, turns: 4, lanes: 1 },
+const PLANS: [FillPlan; 4] = [
+    FillPlan { charts: 32, raster: 256, turns: 8, lanes: 2 },
+    FillPlan { charts: 160, raster: 1024, turns: 16, lanes: 2 },
+    FillPlan { charts: 1000, raster: 1024, turns: 16, lanes: 2 },
+    FillPlan { charts: usize::MAX, raster: 1024, turns: 4, lanes: 1 },
 ];
 
-fn plan(chart_count: usize) -> &'static Plan {
+fn plan(chart_count: usize) -> &'static FillPlan {
     PLANS.iter().find(|p| chart_count <= p.charts).unwrap_or(&PLANS[PLANS.len() - 1])
 }
 
@@ -53,7 +53,7 @@ const HULL_MAX: usize = 256;
 
 /// Bytes that [`improve`] takes.
 pub(super) fn need(chart_count: usize) -> usize {
-    let &Plan { raster, lanes, .. } = plan(chart_count);
+    let &FillPlan { raster, lanes, .. } = plan(chart_count);
     let lane = bytes_for::<u32>(chart_count)
         + bytes_for::<f64>(chart_count)
         + 2 * bytes_for::<Pose>(chart_count)
@@ -71,7 +71,7 @@ struct Upright<'a> {
 }
 
 /// One order of the charts: its own raster and best poses.
-struct Lane<'a> {
+struct FillLane<'a> {
     index: usize,
     side: f64,
     fixed: usize,
@@ -111,7 +111,7 @@ pub(super) fn improve(
     if (0..count).filter(|&i| !outlines.edges_of(i).is_empty()).count() < 2 {
         return Ok(false);
     }
-    let &Plan { raster, turns, lanes: lane_count, .. } = plan(count);
+    let &FillPlan { raster, turns, lanes: lane_count, .. } = plan(count);
     let mut frame = scratch.frame();
     let upright = frame.take::<f64>(count)?;
     let half = frame.take::<f64>(count)?;
@@ -121,9 +121,9 @@ pub(super) fn improve(
         half[chart] = 0.5 * (high - low).min_element();
     }
     let upright = Upright { angle: upright, half };
-    let mut lanes = heapless::Vec::<Lane, LANES>::new();
+    let mut lanes = heapless::Vec::<FillLane, LANES>::new();
     for index in 0..lane_count {
-        let lane = Lane {
+        let lane = FillLane {
             index,
             side: side.min(fixed.room),
             fixed: fixed.charts,
@@ -151,7 +151,7 @@ pub(super) fn improve(
     Ok(found)
 }
 
-impl Lane<'_> {
+impl FillLane<'_> {
     /// Bisects the share of the square that charts cover.
     fn search(&mut self, outlines: &Outlines, upright: Upright, gap: &Gap, turns: usize) {
         self.sort(outlines);
@@ -198,7 +198,7 @@ impl Lane<'_> {
         let grow = self.board.fit(gap);
         let (raster, cells) = (self.board.usable, self.board.usable as f64 / side);
         self.board.clear();
-        let mut start = Start::default();
+        let mut start = FillStart::default();
         if !(0..self.fixed).all(|chart| self.keep(chart, outlines, cells, grow)) {
             return false;
         }
@@ -263,14 +263,14 @@ fn fraction(index: usize, count: usize) -> f64 {
 ///
 /// A new size class (a tenth smaller) begins at the bottom again, since it may find holes.
 #[derive(Default)]
-struct Start {
+struct FillStart {
     class: f64,
     row: usize,
     placed: usize,
     lowest: usize,
 }
 
-impl Start {
+impl FillStart {
     fn row(&mut self, size: f64) -> usize {
         if size < 0.9 * self.class || self.class == 0.0 {
             (self.class, self.row, self.placed, self.lowest) = (size, 0, 0, usize::MAX);

@@ -3,8 +3,9 @@
 //! Row-major; each chart's box is fitted uniformly into the unit square, its least corner at the origin, and then goes
 //! to its cell by T(u) = s u + t. `pad` is the padding as a share of a cell, at most 0.45.
 
-use super::layout::{Placement, Settings, Summary};
 use super::outline::Outlines;
+use super::placement::Placement;
+use super::settings::{PackSettings, PackSummary};
 use core::num::NonZero;
 use glam::DVec2;
 
@@ -12,7 +13,7 @@ use glam::DVec2;
 const PAD_MAX: f64 = 0.45;
 
 /// Places chart i in cell (i mod G, i div G).
-pub(super) fn place(placements: &mut [Placement], outlines: &Outlines, settings: &Settings) -> Summary {
+pub(super) fn place(placements: &mut [Placement], outlines: &Outlines, settings: &PackSettings) -> PackSummary {
     let count = outlines.count();
     let side =
         (1..).filter_map(NonZero::<usize>::new).find(|g| g.get() * g.get() >= count).unwrap_or(NonZero::<usize>::MIN);
@@ -30,5 +31,5 @@ pub(super) fn place(placements: &mut [Placement], outlines: &Outlines, settings:
         *out = Placement { turn: DVec2::X, translation: (cell + pad) / cells - corner * scale, scale };
         covered += outlines.area[slot] * fit * fit;
     }
-    Summary { utilisation: covered, padding: 2.0 * pad / cells * settings.size as f64 }
+    PackSummary { utilisation: covered, padding: 2.0 * pad / cells * settings.size as f64 }
 }

@@ -9,10 +9,13 @@
 //! Limits: charts are not cut; two or three large ones may leave a third of the square empty whatever the search does.
 
 use super::fill::{self, Fixed};
-use super::{clearance, grid, outline, outline::Outlines, separate, shelf, square};
+use super::flat_charts::FlatCharts;
+use super::outline::{Outlines, common_box};
+use super::placement::{Gap, Placement, Pose};
+use super::settings::{Mode, PackSettings, PackSummary};
+use super::{clearance, grid, outline, separate, shelf, square};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
-use glam::DVec2;
 
 /// Up to this many charts are separated together from the start.
 const ALL: usize = 16;
@@ -30,92 +33,8 @@ const LEAD_ROOM: f64 = 1.2;
 /// Texels that are added to the padding, so that rounding UVs to 2^-24 cannot eat it.
 const SLACK: f64 = 1e-3;
 
-/// Triangles of flattened charts, in natural scale: one length unit is the same number of texels in each.
-#[derive(Clone, Copy)]
-pub struct Charts<'a> {
-    /// UV vertices.
-    pub uv: &'a [DVec2], // (n)
-    /// UV vertices of each triangle.
-    pub faces: &'a [[u32; 3]], // (f)
-    /// Chart of each triangle; triangles of charts at or above `count` are left out.
-    pub chart: &'a [u32], // (f)
-    /// Number of charts.
-    pub count: usize,
-}
-
-/// How charts are placed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mode {
-    /// Equal texel density, free rotation, shapes in one another's gaps.
-    #[default]
-    Tight,
-    /// One cell of a square grid a chart, each chart scaled to its cell.
-    Grid,
-}
-
-/// What the caller can ask for.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings {
-    /// Texture side in texels, at least 1.
-    pub size: u32,
-    /// Empty texels between two charts. In `Grid`, on each side of a cell.
-    pub padding: u32,
-    /// Placement.
-    pub mode: Mode,
-    /// Seed of the search.
-    pub seed: u64,
-    /// Search work; 1 is the default, 0 only the fill.
-    pub effort: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { size: 1024, padding: 2, mode: Mode::Tight, seed: 0, effort: 1.0 }
-    }
-}
-
-/// Where a chart goes: `scale * turn(p) + translation`.
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct Placement {
-    /// Cosine and sine of the rotation.
-    pub turn: DVec2,
-    /// Where the origin goes.
-    pub translation: DVec2,
-    /// Scale; the same for all charts in `Tight`.
-    pub scale: f64,
-}
-
-impl Placement {
-    /// Leaves a chart where it is.
-    pub const IDENTITY: Placement = Placement { turn: DVec2::X, translation: DVec2::ZERO, scale: 1.0 };
-
-    /// The place of a UV point of the chart.
-    #[inline]
-    pub fn apply(&self, p: DVec2) -> DVec2 {
-        (self.turn.rotate(p) * self.scale + self.translation).clamp(DVec2::ZERO, DVec2::ONE)
-    }
-}
-
-/// What was reached.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Summary {
-    /// Share of the unit square that charts cover, by area.
-    pub utilisation: f64,
-    /// Padding that holds, in texels: the one asked for, unless that many charts could not be kept so far apart.
-    pub padding: f64,
-}
-
-/// A chart's pose in the square [0, side]^2 of local units: angle, and where its centre is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub(super) struct Pose {
-    pub angle: f64,
-    pub at: DVec2,
-}
-
 /// Scratch bytes that [`pack`] asks for.
-pub fn pack_need(face_count: usize, chart_count: usize, settings: &Settings) -> usize {
+pub fn pack_need(face_count: usize, chart_count: usize, settings: &PackSettings) -> usize {
     let edges = face_count * 3;
     let fills = fill::need(chart_count).max(fill::need(chart_count.min(LEAD_MAX)));
     let separated = if chart_count <= SEPARATE_MAX { chart_count } else { LEAD_MAX };
@@ -131,11 +50,11 @@ pub fn pack_need(face_count: usize, chart_count: usize, settings: &Settings) -> 
 /// Cost: O(f log f) for the borders; the fill grows about linearly with charts; separation has a fixed bound.
 pub fn pack(
     placements: &mut [Placement],
-    charts: &Charts,
-    settings: &Settings,
+    charts: &FlatCharts,
+    settings: &PackSettings,
     scratch: &mut Scratch,
     workers: &dyn Workers,
-) -> Result<Summary, ScratchTooSmall> {
+) -> Result<PackSummary, ScratchTooSmall> {
     debug_assert_eq!(placements.len(), charts.count, "one placement a chart");
     scratch.require(pack_need(charts.faces.len(), charts.count, settings))?;
     let mut frame = scratch.frame();
@@ -153,7 +72,7 @@ pub fn pack(
         let all = leading == outlines.count();
         // Charts that are separated twice get half the work each time.
         let twice = leading > 1 && !all && outlines.count() <= SEPARATE_MAX;
-        let settings = Settings { effort: settings.effort * if twice { 0.5 } else { 1.0 }, ..*settings };
+        let settings = PackSettings { effort: settings.effort * if twice { 0.5 } else { 1.0 }, ..*settings };
         let mut lead_side = side;
         if leading == 1 {
             square::place(&mut poses[..1], &mut lead_side, &lead);
@@ -200,22 +119,8 @@ fn leading(outlines: &Outlines) -> usize {
     }
 }
 
-/// The distance that charts keep: texels of a texture.
-#[derive(Clone, Copy)]
-pub(super) struct Gap {
-    pub texels: f64,
-    pub size: f64,
-}
-
-impl Gap {
-    /// The distance in a square of this side.
-    pub fn within(&self, side: f64) -> f64 {
-        self.texels / self.size * side
-    }
-}
-
 /// Fits the charts' common box into the unit square and turns poses into placements.
-fn finish(placements: &mut [Placement], poses: &[Pose], outlines: &Outlines, padding: f64) -> Summary {
+fn finish(placements: &mut [Placement], poses: &[Pose], outlines: &Outlines, padding: f64) -> PackSummary {
     let [low, high] = common_box(poses, outlines);
     let side = (high - low).max_element();
     let side = if side > 0.0 { side } else { 1.0 };
@@ -231,15 +136,5 @@ fn finish(placements: &mut [Placement], poses: &[Pose], outlines: &Outlines, pad
         };
     }
     let area: f64 = outlines.area.iter().sum();
-    Summary { utilisation: area / (side * side), padding }
-}
-
-/// Least and largest corner of all charts together.
-pub(super) fn common_box(poses: &[Pose], outlines: &Outlines) -> [DVec2; 2] {
-    let mut corners = [DVec2::INFINITY, DVec2::NEG_INFINITY];
-    for (chart, pose) in poses.iter().enumerate().filter(|&(i, _)| !outlines.edges_of(i).is_empty()) {
-        let [low, high] = outlines.turned_box(chart, outline::turn(pose.angle));
-        corners = [corners[0].min(pose.at + low), corners[1].max(pose.at + high)];
-    }
-    if corners[0].x <= corners[1].x { corners } else { [DVec2::ZERO; 2] }
+    PackSummary { utilisation: area / (side * side), padding }
 }

@@ -4,7 +4,7 @@
 //! Beside the bits stands each cell's chessboard distance to the nearest cell outside the mask, and from it up to 16
 //! poles: cells deep inside, spread over the mask, whose squares must be free wherever the mask is placed.
 
-use super::outline::Edge;
+use super::outline::BorderEdge;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
 use glam::DVec2;
@@ -65,7 +65,7 @@ impl<'a> Mask<'a> {
 
     /// Draws a chart after `turn`, with `cells` cells a unit; false if it is larger than the limit.
     /// `bounds` is the turned chart's box.
-    pub fn draw(&mut self, edges: &[Edge], bounds: [DVec2; 2], turn: DVec2, cells: f64) -> bool {
+    pub fn draw(&mut self, edges: &[BorderEdge], bounds: [DVec2; 2], turn: DVec2, cells: f64) -> bool {
         let size = (bounds[1] - bounds[0]) * cells;
         if size.max_element() >= self.limit as f64 {
             return false;

@@ -1,6 +1,6 @@
 //! Packing: charts into the unit square.
 //!
-//! - [`layout`]: the public entry: settings, placements, the order of the steps
+//! - [`layout`]: the public entry and the order of the steps; [`flat_charts`], [`settings`], [`placement`]: what goes in and out
 //! - `outline`: borders, hulls and areas of the charts, in a common unit
 //! - `grid`: one cell a chart; `shelf`: bounding boxes in rows; `square`: one chart, or none
 //! - `mask`, `board`, `fill`: shapes as bit masks, placed bottom-left on a raster
@@ -12,12 +12,13 @@ mod body;
 mod clearance;
 mod field;
 mod fill;
+pub mod flat_charts;
 mod grid;
 pub mod layout;
 mod mask;
 mod outline;
+pub mod placement;
 mod separate;
+pub mod settings;
 mod shelf;
 mod square;
-
-pub use layout::{Charts, Mode, Placement, Settings, Summary, pack, pack_need};

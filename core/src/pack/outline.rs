@@ -5,21 +5,22 @@
 //! their loops. Coordinates are local: the chart's box is centred on the origin and all charts together have area 1.
 //! A chart whose edges all cancel (a face folded on itself) keeps them all. Coordinates that are not finite count as 0.
 
-use super::layout::Charts;
+use super::flat_charts::FlatCharts;
+use super::placement::Pose;
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
 use glam::DVec2;
 
 /// A directed border edge; the chart lies to its left.
-pub(super) type Edge = [DVec2; 2];
+pub(super) type BorderEdge = [DVec2; 2];
 
 /// What packing knows about the charts, in slots by decreasing area.
 #[derive(Clone, Copy)]
 pub(super) struct Outlines<'a> {
     /// First edge of each chart, and the number of edges.
     pub edge_start: &'a [u32], // (k + 1)
-    pub edges: &'a [Edge],
+    pub edges: &'a [BorderEdge],
     /// Corners of each chart's hull.
     pub hull_len: &'a [u32], // (k)
     pub hull: &'a [DVec2], // hull of chart i begins at edge_start[i]
@@ -55,7 +56,7 @@ impl<'a> Outlines<'a> {
     }
 
     /// Border edges of a chart; empty where it has no face.
-    pub fn edges_of(&self, chart: usize) -> &'a [Edge] {
+    pub fn edges_of(&self, chart: usize) -> &'a [BorderEdge] {
         &self.edges[self.edge_start[chart] as usize..self.edge_start[chart + 1] as usize]
     }
 
@@ -74,6 +75,16 @@ impl<'a> Outlines<'a> {
         }
         if corners[0].x <= corners[1].x { corners } else { [DVec2::ZERO; 2] }
     }
+}
+
+/// Least and largest corner of all charts together.
+pub(super) fn common_box(poses: &[Pose], outlines: &Outlines) -> [DVec2; 2] {
+    let mut corners = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+    for (chart, pose) in poses.iter().enumerate().filter(|&(i, _)| !outlines.edges_of(i).is_empty()) {
+        let [low, high] = outlines.turned_box(chart, turn(pose.angle));
+        corners = [corners[0].min(pose.at + low), corners[1].max(pose.at + high)];
+    }
+    if corners[0].x <= corners[1].x { corners } else { [DVec2::ZERO; 2] }
 }
 
 /// Unit vector at `angle`.
@@ -96,7 +107,7 @@ pub(super) fn need(face_count: usize, chart_count: usize) -> usize {
 fn kept_need(face_count: usize, chart_count: usize) -> usize {
     let edges = face_count * 3;
     bytes_for::<u32>(chart_count + 1)
-        + bytes_for::<Edge>(edges)
+        + bytes_for::<BorderEdge>(edges)
         + bytes_for::<u32>(chart_count)
         + bytes_for::<DVec2>(edges)
         + bytes_for::<DVec2>(chart_count)
@@ -105,10 +116,10 @@ fn kept_need(face_count: usize, chart_count: usize) -> usize {
 }
 
 /// Finds borders, hulls and areas. O(f log f).
-pub(super) fn trace<'a>(charts: &Charts, scratch: &mut Scratch<'a>) -> Result<Outlines<'a>, ScratchTooSmall> {
+pub(super) fn trace<'a>(charts: &FlatCharts, scratch: &mut Scratch<'a>) -> Result<Outlines<'a>, ScratchTooSmall> {
     let (edge_count, k) = (charts.faces.len() * 3, charts.count);
     let edge_start = scratch.take::<u32>(k + 1)?;
-    let edges = scratch.take::<Edge>(edge_count)?;
+    let edges = scratch.take::<BorderEdge>(edge_count)?;
     let hull_len = scratch.take::<u32>(k)?;
     let hull = scratch.take::<DVec2>(edge_count)?;
     let centre = scratch.take::<DVec2>(k)?;
@@ -145,12 +156,12 @@ pub(super) fn trace<'a>(charts: &Charts, scratch: &mut Scratch<'a>) -> Result<Ou
     Ok(Outlines { edge_start, edges, hull_len, hull, centre, radius, area, slot, unit })
 }
 
-fn point(charts: &Charts, vertex: u32) -> DVec2 {
+fn point(charts: &FlatCharts, vertex: u32) -> DVec2 {
     let p = charts.uv[vertex as usize];
     if p.is_finite() { p } else { DVec2::ZERO }
 }
 
-fn measure_areas(area: &mut [f64], charts: &Charts) {
+fn measure_areas(area: &mut [f64], charts: &FlatCharts) {
     for (face, &chart) in charts.faces.iter().zip(charts.chart) {
         let [a, b, c] = face.map(|v| point(charts, v));
         if let Some(sum) = area.get_mut(chart as usize) {
@@ -160,7 +171,7 @@ fn measure_areas(area: &mut [f64], charts: &Charts) {
 }
 
 /// Puts [chart, from, to, 0] of every border edge to the front of `sides`; the answer is their number.
-fn cancel_inner(sides: &mut [[u32; 4]], slot: &[u32], charts: &Charts) -> usize {
+fn cancel_inner(sides: &mut [[u32; 4]], slot: &[u32], charts: &FlatCharts) -> usize {
     let mut count = 0;
     for (face, &chart) in charts.faces.iter().zip(charts.chart) {
         for i in 0..3 {
@@ -205,7 +216,13 @@ fn cancel_inner(sides: &mut [[u32; 4]], slot: &[u32], charts: &Charts) -> usize 
 }
 
 /// Orders border edges chart by chart along their loops.
-fn walk_loops(edges: &mut [Edge], edge_start: &mut [u32], sides: &mut [[u32; 4]], seen: &mut [u8], charts: &Charts) {
+fn walk_loops(
+    edges: &mut [BorderEdge],
+    edge_start: &mut [u32],
+    sides: &mut [[u32; 4]],
+    seen: &mut [u8],
+    charts: &FlatCharts,
+) {
     sort::ascending(sides);
     let (mut count, mut at) = (0, 0);
     for (chart, start) in edge_start.iter_mut().enumerate() {
@@ -227,7 +244,7 @@ fn walk_loops(edges: &mut [Edge], edge_start: &mut [u32], sides: &mut [[u32; 4]]
 }
 
 /// Local units per caller's unit: total area 1; where there is next to none, total squared box side 1.
-fn unit_of(area: &[f64], edges: &[Edge]) -> f64 {
+fn unit_of(area: &[f64], edges: &[BorderEdge]) -> f64 {
     let total: f64 = area.iter().sum();
     let mut corners = [DVec2::INFINITY, DVec2::NEG_INFINITY];
     edges.iter().for_each(|e| corners = [corners[0].min(e[0]), corners[1].max(e[0])]);
@@ -238,7 +255,7 @@ fn unit_of(area: &[f64], edges: &[Edge]) -> f64 {
     if unit.is_finite() && unit > 0.0 { unit } else { 1.0 }
 }
 
-fn centre_on_box(edges: &mut [Edge], centre: &mut DVec2, unit: f64) {
+fn centre_on_box(edges: &mut [BorderEdge], centre: &mut DVec2, unit: f64) {
     let mut corners = [DVec2::INFINITY, DVec2::NEG_INFINITY];
     edges.iter().for_each(|e| corners = [corners[0].min(e[0]), corners[1].max(e[0])]);
     *centre = if edges.is_empty() { DVec2::ZERO } else { 0.5 * (corners[0] + corners[1]) };

@@ -11,8 +11,9 @@
 use super::body::{Body, one_way};
 use super::clearance;
 use super::field::{self, Fields};
-use super::layout::{Gap, Pose, Settings};
 use super::outline::{self, Outlines};
+use super::placement::{Gap, Pose};
+use super::settings::PackSettings;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;
@@ -68,7 +69,7 @@ pub(super) fn improve(
     side: &mut f64,
     outlines: &Outlines,
     gap: &Gap,
-    settings: &Settings,
+    settings: &PackSettings,
     scratch: &mut Scratch,
     workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
@@ -79,9 +80,9 @@ pub(super) fn improve(
     }
     let mut frame = scratch.frame();
     let fields = Fields::new(outlines, 2.0 * gap.within(*side), &mut frame)?;
-    let mut lanes = heapless::Vec::<Lane, LANES>::new();
+    let mut lanes = heapless::Vec::<SeparationLane, LANES>::new();
     for index in 0..LANES {
-        let lane = Lane {
+        let lane = SeparationLane {
             outlines,
             fields,
             gap: *gap,
@@ -116,7 +117,7 @@ pub(super) fn improve(
 }
 
 /// One search.
-struct Lane<'a> {
+struct SeparationLane<'a> {
     outlines: &'a Outlines<'a>,
     fields: Fields<'a>,
     gap: Gap,
@@ -133,7 +134,7 @@ struct Lane<'a> {
     work: f64,
 }
 
-impl Lane<'_> {
+impl SeparationLane<'_> {
     fn draw(&mut self) -> f64 {
         self.draws += 1;
         random::unit_f64(self.key, 0, self.draws)

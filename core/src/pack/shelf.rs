@@ -4,8 +4,8 @@
 //! fixed width; the width grows until rows and columns fill a square. When the padding alone would fill the square it
 //! is halved until it does not.
 
-use super::layout::{Gap, Pose};
 use super::outline::Outlines;
+use super::placement::{Gap, Pose};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
 use glam::DVec2;

@@ -3,8 +3,8 @@
 //! The longer side of a turned convex hull is piecewise smooth in the angle; a scan of 720 turns in a quarter circle
 //! and a golden-section search around the best one find its minimum to 1e-9 of a turn.
 
-use super::layout::Pose;
 use super::outline::{self, Outlines};
+use super::placement::Pose;
 use core::f64::consts::FRAC_PI_2;
 
 const SCAN: usize = 720;

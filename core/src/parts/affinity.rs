@@ -14,7 +14,7 @@
 
 use super::dual::Dual;
 use super::patches::{Patches, Walk, walk_need};
-use super::segmentation::Surface;
+use super::surface::PartSurface;
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::{Slices, take_first};
@@ -61,7 +61,7 @@ pub const fn affinity_need(faces: usize, patches: usize) -> usize {
 pub fn affinity(
     apart: &mut [f64],   // (m, m)
     adjacent: &mut [u8], // (m, m)
-    surface: &Surface,
+    surface: &PartSurface,
     dual: &Dual,
     patches: &Patches,
     length: &[f64], // (3 f) steps over half-edges
@@ -148,7 +148,7 @@ fn invert(matrix: &mut [f64], m: usize) {
 /// their regions, and chains of such ways are searched over the patches (Floyd 1962).
 fn turns(
     turn: &mut [f64],
-    surface: &Surface,
+    surface: &PartSurface,
     dual: &Dual,
     patches: &Patches,
     length: &[f64],
@@ -196,7 +196,7 @@ fn pair_of_rows(matrix: &mut [f64], m: usize, k: usize, i: usize) -> (&[f64], &m
 }
 
 /// Area-weighted mean logarithm of the shape diameter of each patch, relative to the whole mesh.
-fn widths(width: &mut [f64], surface: &Surface, dual: &Dual, patches: &Patches) {
+fn widths(width: &mut [f64], surface: &PartSurface, dual: &Dual, patches: &Patches) {
     let floor = 1e-4 * real::sqrt(dual.area.iter().sum::<f64>());
     let whole = dual.area.iter().sum::<f64>();
     for (f, p) in patches.of.iter().enumerate().filter(|(_, p)| **p != NONE) {
@@ -206,7 +206,7 @@ fn widths(width: &mut [f64], surface: &Surface, dual: &Dual, patches: &Patches) 
 }
 
 /// A point a little below the middle of a face.
-fn eye_of(surface: &Surface, face: u32, width: f64) -> Vec3 {
+fn eye_of(surface: &PartSurface, face: u32, width: f64) -> Vec3 {
     let normal = surface.mesh.area_vector(face as usize);
     let length = real::sqrt(normal.length_squared());
     let depth = DEPTH * width.min(surface.diameter[face as usize] as f64);

@@ -9,7 +9,7 @@
 use super::dual::Dual;
 use super::expansion::{Energy, FORBIDDEN, expand, expand_need, fixed};
 use super::patches::{Walk, step_length, walk_need};
-use super::segmentation::Surface;
+use super::surface::PartSurface;
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
@@ -39,7 +39,7 @@ pub const fn smooth_border_need(faces: usize) -> usize {
 pub fn smooth_border(
     labels: &mut [u32],
     count: usize,
-    surface: &Surface,
+    surface: &PartSurface,
     dual: &Dual,
     mut scratch: Scratch,
 ) -> Result<(), ScratchTooSmall> {
@@ -95,7 +95,7 @@ pub fn smooth_border(
 /// The way from each face to the nearest border between labels.
 fn depths<'a>(
     labels: &[u32],
-    surface: &Surface,
+    surface: &PartSurface,
     dual: &Dual,
     scratch: &mut Scratch<'a>,
 ) -> Result<&'a mut [f64], ScratchTooSmall> {
@@ -122,7 +122,7 @@ mod tests {
     use super::*;
     use crate::mesh::view::MeshView;
     use crate::parts::dual::dual_need;
-    use crate::parts::segmentation::tests::{Turned, turned};
+    use crate::parts::turned_tests::{Turned, turned};
     use std::{vec, vec::Vec};
 
     /// Two drums with a shallow groove between them at height 0.6.
@@ -138,7 +138,7 @@ mod tests {
 
     fn run(labels: &mut [u32], shape: &Turned, short: usize) -> Result<(), ScratchTooSmall> {
         let mesh = MeshView { positions: &shape.positions, faces: &shape.faces };
-        let surface = Surface { mesh, twin: &shape.twin, diameter: &shape.diameter, sees: &|_, _| true };
+        let surface = PartSurface { mesh, twin: &shape.twin, diameter: &shape.diameter, sees: &|_, _| true };
         let mut bytes = vec![0; dual_need(labels.len())];
         let dual = Dual::new(mesh, &shape.twin, &mut Scratch::new(&mut bytes)).unwrap();
         let mut bytes = vec![0; smooth_border_need(labels.len()) / short];

@@ -5,7 +5,8 @@ use super::border::{smooth_border, smooth_border_need};
 use super::dual::Dual;
 use super::merging::{merge, merge_need};
 use super::patches::{Patches, patch_count, patches_need, step_length};
-use super::segmentation::{Summary, Surface};
+use super::settings::PartSummary;
+use super::surface::PartSurface;
 use super::tidy::{absorb, connected, tidy_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
@@ -29,12 +30,12 @@ pub const fn by_sight_need(faces: usize) -> usize {
 /// Labels of `surface`, as many as it has or `wanted`.
 pub fn by_sight(
     labels: &mut [u32],
-    surface: &Surface,
+    surface: &PartSurface,
     dual: &Dual,
     wanted: Option<usize>,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<Summary, ScratchTooSmall> {
+) -> Result<PartSummary, ScratchTooSmall> {
     cluster(labels, surface, dual, wanted, scratch.frame(), workers)?;
     let parts = connected(labels, dual, scratch.frame())?;
     let rough = scratch.take::<u32>(labels.len())?;
@@ -47,15 +48,15 @@ pub fn by_sight(
     if wanted.is_some() && count != parts {
         // Smoothing has swallowed a part or cut one in two. Left to itself that is welcome, but not where N are asked for.
         labels.copy_from(rough);
-        return Ok(Summary { parts, clusters: 0 });
+        return Ok(PartSummary { parts, clusters: 0 });
     }
-    Ok(Summary { parts: count, clusters: 0 })
+    Ok(PartSummary { parts: count, clusters: 0 })
 }
 
 /// Gives each face the number of its patch's cluster, and each speck one of its own.
 fn cluster(
     labels: &mut [u32],
-    surface: &Surface,
+    surface: &PartSurface,
     dual: &Dual,
     wanted: Option<usize>,
     mut scratch: Scratch,

@@ -19,7 +19,7 @@ const OUTSIDE: u32 = u32::MAX - 1;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
-enum Side {
+enum FlowSide {
     Free = 0,
     Source = 1,
     Sink = 2,
@@ -35,19 +35,19 @@ pub struct MaxFlow<'a> {
     parent: &'a mut [u32],   // (n) arc to the parent, or TERMINAL, ORPHAN
     stamp: &'a mut [u32],    // (n) when `distance` was right
     distance: &'a mut [u32], // (n) to the terminal
-    active: Queue<'a>,
-    orphans: Queue<'a>,
+    active: NodeQueue<'a>,
+    orphans: NodeQueue<'a>,
     time: u32,
 }
 
 /// First in, first out, each node at most once.
-struct Queue<'a> {
+struct NodeQueue<'a> {
     next: &'a mut [u32], // (n)
     first: u32,
     last: u32,
 }
 
-impl<'a> Queue<'a> {
+impl<'a> NodeQueue<'a> {
     fn new(nodes: usize, scratch: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
         Ok(Self { next: scratch.take_filled(nodes, OUTSIDE)?, first: END, last: END })
     }
@@ -96,8 +96,8 @@ impl<'a> MaxFlow<'a> {
             parent: scratch.take(nodes)?,
             stamp: scratch.take(nodes)?,
             distance: scratch.take(nodes)?,
-            active: Queue::new(nodes, scratch)?,
-            orphans: Queue::new(nodes, scratch)?,
+            active: NodeQueue::new(nodes, scratch)?,
+            orphans: NodeQueue::new(nodes, scratch)?,
             time: 0,
         })
     }
@@ -121,7 +121,7 @@ impl<'a> MaxFlow<'a> {
 
     /// Whether the last cut left `node` on the source's side: the smallest such side of all minimum cuts.
     pub fn on_source_side(&self, node: u32) -> bool {
-        self.side[node as usize] == Side::Source as u8
+        self.side[node as usize] == FlowSide::Source as u8
     }
 
     fn head(&self, arc: u32) -> u32 {
@@ -130,7 +130,7 @@ impl<'a> MaxFlow<'a> {
 
     /// What can still flow from the terminal's side to the other along `arc`, seen from a node of `side` at its tail.
     fn outward(&self, arc: u32, side: u8) -> i64 {
-        self.residual[if side == Side::Source as u8 { arc } else { arc ^ 1 } as usize]
+        self.residual[if side == FlowSide::Source as u8 { arc } else { arc ^ 1 } as usize]
     }
 
     /// Pushes as much flow as goes through; [`on_source_side`](Self::on_source_side) then tells the cut.
@@ -138,7 +138,7 @@ impl<'a> MaxFlow<'a> {
         self.plant();
         let mut current = None;
         while let Some(node) = current.take().or_else(|| self.active.pop()) {
-            if self.side[node as usize] == Side::Free as u8 {
+            if self.side[node as usize] == FlowSide::Free as u8 {
                 continue;
             }
             if let Some(bridge) = self.grow(node) {
@@ -160,9 +160,9 @@ impl<'a> MaxFlow<'a> {
         for node in 0..self.terminal.len() {
             let left = self.terminal[node];
             self.side[node] = match left {
-                0 => Side::Free,
-                1.. => Side::Source,
-                _ => Side::Sink,
+                0 => FlowSide::Free,
+                1.. => FlowSide::Source,
+                _ => FlowSide::Sink,
             } as u8;
             self.parent[node] = TERMINAL;
             if left != 0 {
@@ -180,12 +180,12 @@ impl<'a> MaxFlow<'a> {
             if self.outward(arc, side) == 0 {
                 continue;
             }
-            if self.side[other] == Side::Free as u8 {
+            if self.side[other] == FlowSide::Free as u8 {
                 self.side[other] = side;
                 self.hang(other as u32, arc ^ 1, node);
                 self.active.push(other as u32);
             } else if self.side[other] != side {
-                return Some(if side == Side::Source as u8 { arc } else { arc ^ 1 });
+                return Some(if side == FlowSide::Source as u8 { arc } else { arc ^ 1 });
             } else if self.stamp[other] <= self.stamp[node as usize]
                 && self.distance[other] > self.distance[node as usize] + 1
                 && self.parent[other] < ORPHAN
@@ -220,7 +220,7 @@ impl<'a> MaxFlow<'a> {
             while self.parent[node] < ORPHAN {
                 let arc = self.parent[node];
                 let above = self.head(arc) as usize;
-                self.push_flow(if self.side[node] == Side::Source as u8 { arc ^ 1 } else { arc }, flow);
+                self.push_flow(if self.side[node] == FlowSide::Source as u8 { arc ^ 1 } else { arc }, flow);
                 if self.inward(node) == 0 {
                     self.make_orphan(node as u32);
                 }
@@ -281,7 +281,7 @@ impl<'a> MaxFlow<'a> {
                 }
             }
         }
-        self.side[orphan as usize] = Side::Free as u8;
+        self.side[orphan as usize] = FlowSide::Free as u8;
     }
 
     /// Steps from `node` up to its terminal, or None where an orphan is on the way. Stamps the way, so that the next

@@ -11,4 +11,7 @@ pub mod mixture;
 pub mod patches;
 pub mod published;
 pub mod segmentation;
+pub mod settings;
+pub mod surface;
 pub mod tidy;
+mod turned_tests;

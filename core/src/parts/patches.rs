@@ -197,7 +197,7 @@ fn farthest(distance: &[f64]) -> Option<u32> {
 mod tests {
     use super::*;
     use crate::parts::dual::dual_need;
-    use crate::parts::segmentation::tests::{Turned, dumbbell};
+    use crate::parts::turned_tests::{Turned, dumbbell};
     use std::vec;
 
     fn run(shape: &Turned, short: usize, check: impl FnOnce(&Patches)) -> Result<(), ScratchTooSmall> {

@@ -1,6 +1,6 @@
 //! The published segmentation: clusters of shape diameters, their borders moved to creases.
 //!
-//! Shapira, Shamir, Cohen-Or 2008, with the numbers of DESIGN 4.3 and 4.4: smoothed diameters are brought to [0, 1] by
+//! Shapira, Shamir, Cohen-Or 2008, with their numbers: smoothed diameters are brought to [0, 1] by
 //! (ln(1 + x) - min)/(max - min); a mixture of K Gaussians gives data costs -ln(posterior + 1e-20); two faces with
 //! different labels pay -lambda ln(theta/pi + 1e-20) for the angle theta between their normals, a convex one counted as a
 //! tenth of it (the minima rule: Hoffman, Richards 1984; the same idea in Golovinskiy, Funkhouser 2008). Then connected
@@ -10,7 +10,8 @@
 use super::dual::Dual;
 use super::expansion::{Energy, expand, expand_need, fixed};
 use super::mixture::{Histogram, MAX_COMPONENTS, fit, fit_auto, posterior};
-use super::segmentation::{Summary, Surface};
+use super::settings::PartSummary;
+use super::surface::PartSurface;
 use super::tidy::{absorb, connected, majority, merge_alike, tidy_need};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -49,12 +50,12 @@ const fn max(a: usize, b: usize) -> usize {
 /// Labels of `surface` by `clusters` Gaussians (None: by the information criterion) and smoothness `lambda`.
 pub fn published(
     labels: &mut [u32],
-    surface: &Surface,
+    surface: &PartSurface,
     dual: &Dual,
     clusters: Option<u32>,
     lambda: f64,
     mut scratch: Scratch,
-) -> Result<Summary, ScratchTooSmall> {
+) -> Result<PartSummary, ScratchTooSmall> {
     let faces = labels.len();
     let value = scratch.take::<f32>(faces)?;
     value.copy_from(surface.diameter);
@@ -84,7 +85,7 @@ pub fn published(
     let least = MIN_AREA * dual.area.iter().sum::<f64>();
     let count = absorb(labels, count, dual, &|area, faces| area < least || faces < MIN_FACES, scratch.frame())?;
     let parts = merge_alike(labels, count, dual, value, ALIKE, scratch.frame())?;
-    Ok(Summary { parts, clusters: k })
+    Ok(PartSummary { parts, clusters: k })
 }
 
 /// Each value becomes the area-weighted mean of itself and its neighbours, [`SMOOTHINGS`] times.

@@ -11,64 +11,10 @@
 use super::by_sight::{by_sight, by_sight_need};
 use super::dual::{Dual, dual_need};
 use super::published::{published, published_need};
+use super::settings::{Count, PartSettings, PartSummary};
+use super::surface::PartSurface;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::workers::Workers;
-use crate::mesh::view::MeshView;
-use glam::Vec3;
-
-/// How many parts, and by which method.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Count {
-    /// As many as the shape has.
-    #[default]
-    Auto,
-    /// This many over the whole mesh, but never fewer than its components, and from these on no more than patches (see
-    /// `patches`): 400 and a quarter of the faces.
-    Exactly(u32),
-    /// The published method. Its parts are the connected regions of clusters, so there are at least as many.
-    Published {
-        /// Clusters of shape diameters, 1 to 16; None: as many as the Bayesian information criterion wants.
-        clusters: Option<u32>,
-        /// Weight of smoothness, at least 0.
-        lambda: f64,
-    },
-}
-
-impl Count {
-    /// The published method with its published numbers.
-    pub const PUBLISHED: Count = Count::Published { clusters: Some(3), lambda: 15.0 };
-}
-
-/// What can be asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Settings {
-    /// Number of parts and method.
-    pub count: Count,
-    /// Seed of every random value.
-    pub seed: u64,
-}
-
-/// What is cut into parts.
-#[derive(Clone, Copy)]
-pub struct Surface<'a> {
-    /// Oriented manifold triangles, as from `repair`.
-    pub mesh: MeshView<'a>,
-    /// Their twins.
-    pub twin: &'a [u32], // (3 f)
-    /// Shape diameter of each face, in the mesh's units.
-    pub diameter: &'a [f32], // (f)
-    /// Whether the straight way from the first to the second point meets no face.
-    pub sees: &'a (dyn Fn(Vec3, Vec3) -> bool + Sync),
-}
-
-/// What was found.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Summary {
-    /// Parts; labels are 0..parts.
-    pub parts: usize,
-    /// Clusters of the published method, else 0.
-    pub clusters: usize,
-}
 
 /// Scratch bytes that [`parts`] asks for.
 pub const fn parts_need(faces: usize, vertices: usize) -> usize {
@@ -80,14 +26,14 @@ pub const fn parts_need(faces: usize, vertices: usize) -> usize {
 /// Fills `labels`. Near-linear in the number of faces.
 pub fn parts(
     labels: &mut [u32], // (f)
-    surface: &Surface,
-    settings: &Settings,
+    surface: &PartSurface,
+    settings: &PartSettings,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<Summary, ScratchTooSmall> {
+) -> Result<PartSummary, ScratchTooSmall> {
     scratch.require(parts_need(surface.mesh.faces.len(), surface.mesh.positions.len()))?;
     if labels.is_empty() {
-        return Ok(Summary::default());
+        return Ok(PartSummary::default());
     }
     let dual = Dual::new(surface.mesh, surface.twin, &mut scratch)?;
     match settings.count {
@@ -98,69 +44,22 @@ pub fn parts(
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
     use crate::base::real;
     use crate::base::workers::Serial;
-    use crate::mesh::topology::{twins, twins_need};
-    use core::f64::consts::TAU;
-    use glam::DVec3;
+    use crate::mesh::view::MeshView;
+    use crate::parts::turned_tests::{Turned, dumbbell, turned};
+    use glam::{DVec3, Vec3};
     use std::{vec, vec::Vec};
-
-    /// Sides of a turned shape.
-    const SIDES: usize = 24;
-
-    /// A closed surface around the z axis with the given radii at heights 0, 0.1, 0.2 ...; its diameters are the radii's.
-    pub struct Turned {
-        pub positions: Vec<DVec3>,
-        pub faces: Vec<[u32; 3]>,
-        pub twin: Vec<u32>,
-        pub diameter: Vec<f32>,
-    }
-
-    pub fn turned(radii: &[f64]) -> Turned {
-        let mut positions = vec![];
-        for (k, r) in radii.iter().enumerate() {
-            for i in 0..SIDES {
-                let angle = TAU * i as f64 / SIDES as f64;
-                positions.push(DVec3::new(r * real::cos(angle), r * real::sin(angle), 0.1 * k as f64));
-            }
-        }
-        let rings = radii.len();
-        let [bottom, top] = [rings * SIDES, rings * SIDES + 1].map(|v| v as u32);
-        positions.extend([DVec3::ZERO, DVec3::Z * (0.1 * (rings - 1) as f64)]);
-        let (mut faces, mut diameter) = (vec![], vec![]);
-        for i in 0..SIDES {
-            let next = (i + 1) % SIDES;
-            let at = |ring: usize, side: usize| (ring * SIDES + side) as u32;
-            faces.extend([[bottom, at(0, next), at(0, i)], [top, at(rings - 1, i), at(rings - 1, next)]]);
-            diameter.extend([2.0 * radii[0] as f32, 2.0 * radii[rings - 1] as f32]);
-            for k in 1..rings {
-                faces.extend([[at(k - 1, i), at(k - 1, next), at(k, next)], [at(k - 1, i), at(k, next), at(k, i)]]);
-                diameter.extend([(radii[k - 1] + radii[k]) as f32; 2]);
-            }
-        }
-        let mut twin = vec![0; 3 * faces.len()];
-        let mut bytes = vec![0; twins_need(faces.len())];
-        let mesh = MeshView { positions: &positions, faces: &faces };
-        assert_eq!(twins(&mut twin, mesh, Scratch::new(&mut bytes)), Ok(0));
-        Turned { positions, faces, twin, diameter }
-    }
-
-    /// Two balls of radius 0.5 with a neck of 0.08 between them.
-    pub fn dumbbell() -> Turned {
-        let ball = |k: i32| real::sqrt(0.25 - 0.01 * (k * k) as f64).max(0.08);
-        let one: Vec<f64> = (-5..=5).map(ball).collect();
-        turned(&[&one[..], &[0.08; 4], &one[..]].concat())
-    }
 
     fn run(shape: &Turned, count: Count) -> (Vec<u32>, usize) {
         let mesh = MeshView { positions: &shape.positions, faces: &shape.faces };
         let sees = |p: Vec3, q: Vec3| (p.z < 1.2) == (q.z < 1.2);
-        let surface = Surface { mesh, twin: &shape.twin, diameter: &shape.diameter, sees: &sees };
+        let surface = PartSurface { mesh, twin: &shape.twin, diameter: &shape.diameter, sees: &sees };
         let mut bytes = vec![0; parts_need(shape.faces.len(), shape.positions.len())];
         let mut labels = vec![9; shape.faces.len()];
-        let settings = Settings { count, seed: 0 };
+        let settings = PartSettings { count, seed: 0 };
         let summary = parts(&mut labels, &surface, &settings, Scratch::new(&mut bytes), &Serial).unwrap();
         (labels, summary.parts)
     }
@@ -245,10 +144,10 @@ pub(super) mod tests {
     fn one_byte_less_is_refused_and_nothing_written() {
         let shape = dumbbell();
         let mesh = MeshView { positions: &shape.positions, faces: &shape.faces };
-        let surface = Surface { mesh, twin: &shape.twin, diameter: &shape.diameter, sees: &|_, _| true };
+        let surface = PartSurface { mesh, twin: &shape.twin, diameter: &shape.diameter, sees: &|_, _| true };
         let mut labels = vec![9; shape.faces.len()];
         let mut bytes = vec![0; parts_need(shape.faces.len(), shape.positions.len()) - 1];
-        assert!(parts(&mut labels, &surface, &Settings::default(), Scratch::new(&mut bytes), &Serial).is_err());
+        assert!(parts(&mut labels, &surface, &PartSettings::default(), Scratch::new(&mut bytes), &Serial).is_err());
         assert!(labels.iter().all(|l| *l == 9));
     }
 }

@@ -9,87 +9,32 @@
 //! Pieces are trained side by side (`super::training`). Those of few vertices, and all but the [`MOST`] largest, are made by the exact stages.
 //! Without weight on visibility, `neural` is blind to exposure from the start on.
 
-use super::UnwrapError;
+use super::learning::{LearnScene, Learning, MOST};
 use super::pieces::unwrap_pieces;
-use super::tears::{Torn, tear};
+use super::report::UnwrapError;
+use super::tears::tear;
 use super::training::{train_pieces, training_need};
 use crate::base::progress::{Progress, Stage};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
-use crate::base::workers::Workers;
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
 use crate::learn::evaluate::{Frame, evaluate};
-use crate::learn::kernels::Path;
-use crate::learn::losses::Loss;
-use crate::learn::train::{self, Sample};
+use crate::learn::kernels::path::Path;
+use crate::learn::training::TrainSettings;
 use crate::mesh::view::next;
 use crate::search::seams::{Budget, make_charts};
 use crate::solve::bound::distortion;
 use glam::{DVec2, DVec3};
 
-/// Pieces that are trained at the most.
-pub const MOST: usize = 8;
 /// Vertices from which on a piece is trained: a map of fewer is as quickly made exactly.
 const FEW: usize = 200;
 /// Share of its cost that an edge on a learned seam saves (`hybrid`).
 const SAVED: f64 = 0.8;
 
-/// From the input's frame to that in which a piece's network was trained: the rows of a linear map, then what is added.
-pub type Frame3 = [[f64; 3]; 4];
-
-/// What to learn, and where it is kept.
-pub struct Learning<'a> {
-    /// How to train.
-    pub settings: train::Settings,
-    /// Whether training starts from the exact stages' charts.
-    pub start: bool,
-    /// The frame of each map, the largest piece's first. Given maps are used as they are: nothing is trained.
-    pub frames: &'a mut [Frame3], // (MOST)
-    /// Their weights, one after the other.
-    pub weights: &'a mut [f32], // (MOST, parameters)
-    /// Samples of the losses of the largest piece; any length.
-    pub curve: &'a mut [Sample],
-    /// How it went; a count of maps that is not 0 says that maps are given.
-    pub summary: Summary,
-}
-
-impl Learning<'_> {
-    /// Whether there is room for all maps, and no more are given than that.
-    pub(super) fn check(&self) -> Result<(), UnwrapError> {
-        let parameters = self.settings.widths.parameter_count();
-        let room = (self.weights.len() / parameters.max(1)).min(self.frames.len());
-        if room >= MOST && self.summary.maps <= MOST {
-            Ok(())
-        } else {
-            Err(UnwrapError::BadLength { expected: MOST, given: if room < MOST { room } else { self.summary.maps } })
-        }
-    }
-
-    /// Whether exposure plays no part.
-    pub(super) fn is_blind(&self) -> bool {
-        self.settings.weights.0[Loss::Visibility as usize] == 0.0
-    }
-}
-
-/// What was learned.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Summary {
-    /// Maps.
-    pub maps: usize,
-    /// Steps of all maps together.
-    pub steps: usize,
-    /// Samples in the curve.
-    pub samples: usize,
-    /// Whether training was stopped before its end.
-    pub was_stopped: bool,
-    /// Faces that no map holds, laid down beside others.
-    pub torn: Torn,
-}
-
 /// Scratch bytes beyond those of the exact method, for training `lanes` pieces side by side ([`MOST`] at the most): as many as
 /// there are threads are enough. A run with more memory trains more at a time, one with less fewer; no bit depends on it.
-pub fn learned_need(triangles: usize, vertices: usize, settings: &train::Settings, lanes: usize) -> usize {
+pub fn learned_need(triangles: usize, vertices: usize, settings: &TrainSettings, lanes: usize) -> usize {
     let vertices = vertices.max(triangles).min(3 * triangles);
     let lists = bytes_for::<f32>(vertices)
         .saturating_mul(12)
@@ -99,21 +44,11 @@ pub fn learned_need(triangles: usize, vertices: usize, settings: &train::Setting
     lists.saturating_add(training_need(triangles, vertices, settings, lanes))
 }
 
-/// Everything that the steps below share.
-pub(super) struct Scene<'s> {
-    pub pieces: &'s Pieces<'s>,
-    pub open: &'s dyn Fn(u32) -> f32,         // exposure at a corner of the working mesh
-    pub place_of: &'s dyn Fn(DVec3) -> DVec3, // of a point of the input
-    pub input_of: &'s dyn Fn(DVec3) -> DVec3, // and back
-    pub budget: Budget,
-    pub workers: &'s dyn Workers,
-}
-
 /// Charts of every piece by maps; `uv` and `cut` have one entry a corner, in the order of the pieces.
 pub(super) fn neural(
     uv: &mut [DVec2],
     cut: &mut [u8],
-    scene: &Scene,
+    scene: &LearnScene,
     learning: &mut Learning,
     mut scratch: Scratch,
     progress: &mut dyn Progress,
@@ -170,7 +105,7 @@ pub(super) fn neural(
 pub(super) fn hybrid(
     uv: &mut [DVec2],
     cut: &mut [u8],
-    scene: &Scene,
+    scene: &LearnScene,
     learning: &mut Learning,
     mut scratch: Scratch,
     progress: &mut dyn Progress,
@@ -225,7 +160,7 @@ fn exactly(
     uv: &mut [DVec2],
     cut: &mut [u8],
     p: usize,
-    scene: &Scene,
+    scene: &LearnScene,
     budget: Budget,
     mut scratch: Scratch,
     progress: &mut dyn Progress,
@@ -259,7 +194,7 @@ fn vertex_count(order: &[u32], pieces: &Pieces) -> usize {
 fn given_map(
     q: &mut [f32],
     surface: &Surface,
-    scene: &Scene,
+    scene: &LearnScene,
     learning: &Learning,
     given: usize,
     mut scratch: Scratch,

@@ -3,13 +3,15 @@
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
 use crate::mesh::view::MeshView;
-use crate::parts::segmentation::{Count, Settings, Summary, Surface, parts, parts_need};
+use crate::parts::segmentation::{parts, parts_need};
+use crate::parts::settings::{Count, PartSettings, PartSummary};
+use crate::parts::surface::PartSurface;
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::{Ray, Scene};
 use crate::rays::diameter::{DiameterSettings, diameter, diameter_need};
 use glam::Vec3;
 
-/// Rays for the shape diameter over the whole mesh: 60 a face (DESIGN 4.3) up to 5,000 faces, then fewer a face. Where
+/// Rays for the shape diameter over the whole mesh: 60 a face, as published (Shapira et al. 2008), up to 5,000 faces, then fewer a face. Where
 /// faces are many, neighbours measure the same place, and patches take means.
 const RAYS_IN_ALL: usize = 300_000;
 /// The same for the published method, whose clusters are of faces: 60 up to 20,000.
@@ -33,11 +35,11 @@ pub fn partition(
     diameter_out: &mut [f32], // (f)
     mesh: MeshView,
     twin: &[u32], // (3 f)
-    settings: &Settings,
+    settings: &PartSettings,
     bvh: &dyn BuildBvh,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<Summary, BvhError> {
+) -> Result<PartSummary, BvhError> {
     scratch.require(partition_need(mesh.faces.len(), mesh.positions.len(), bvh))?;
     let positions = scratch.take::<Vec3>(mesh.positions.len())?;
     positions.iter_mut().zip(mesh.positions).for_each(|(p, q)| *p = q.as_vec3());
@@ -52,6 +54,6 @@ pub fn partition(
     let sees = |from: Vec3, to: Vec3| {
         scene.closest(&Ray { origin: from, direction: to - from }).is_none_or(|hit| hit.distance > 1.0)
     };
-    let surface = Surface { mesh, twin, diameter: diameter_out, sees: &sees };
+    let surface = PartSurface { mesh, twin, diameter: diameter_out, sees: &sees };
     Ok(parts(labels, &surface, settings, scratch, workers)?)
 }

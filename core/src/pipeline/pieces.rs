@@ -26,7 +26,7 @@ fn piece_need(pieces: &Pieces, p: usize) -> usize {
 }
 
 /// One piece at work.
-struct Job<'j> {
+struct PieceJob<'j> {
     piece: usize,
     uv: &'j mut [DVec2],
     cut: &'j mut [u8],
@@ -60,7 +60,7 @@ pub fn unwrap_pieces(
         let mut short = heapless::Vec::<usize, LANES>::new();
         {
             let mut wave = scratch.frame();
-            let mut jobs = heapless::Vec::<Job, LANES>::new();
+            let mut jobs = heapless::Vec::<PieceJob, LANES>::new();
             let first = corners.start;
             let (mut uv_left, mut cut_left) = (&mut uv[first..], &mut cut[first..]);
             while p < pieces.count() && !jobs.is_full() {
@@ -70,7 +70,7 @@ pub fn unwrap_pieces(
                     break;
                 }
                 let (uv, cut) = (take_first(&mut uv_left, len), take_first(&mut cut_left, len));
-                jobs.push(Job { piece: p, uv, cut, scratch: Some(wave.split(need)?), result: Ok(()) }).ok();
+                jobs.push(PieceJob { piece: p, uv, cut, scratch: Some(wave.split(need)?), result: Ok(()) }).ok();
                 p += 1;
             }
             for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(pieces, budget));
@@ -107,7 +107,7 @@ fn alone(
     make_charts(&mut uv[corners.clone()], &mut cut[corners], &surface, budget, frame, workers, proceed)
 }
 
-impl Job<'_> {
+impl PieceJob<'_> {
     fn run(&mut self, pieces: &Pieces, budget: Budget) {
         let Some(mut scratch) = self.scratch.take() else { return };
         self.result = (|| {

@@ -6,7 +6,8 @@
 //! Guarantee: nothing overlaps, or there is an error. Limit: each attempt packs anew, the later ones with less effort.
 
 use super::order::order_charts;
-use super::{Report, Settings, UnwrapError, report};
+use super::report::{Report, UnwrapError, report};
+use super::settings::Settings;
 use crate::base::progress::{Progress, Stage};
 use crate::base::real;
 use crate::base::scratch::Scratch;
@@ -18,9 +19,11 @@ use crate::finish::settle::settle;
 use crate::finish::snap::{close_slits, mark_rejoined, packing_step, straighten, uv_area};
 use crate::first::disks::disks_again;
 use crate::first::halving::halve;
-use crate::mesh::repair::Working;
 use crate::mesh::view::NONE;
-use crate::pack::{self, Placement};
+use crate::mesh::working::Working;
+use crate::pack::flat_charts::FlatCharts;
+use crate::pack::layout::pack;
+use crate::pack::placement::Placement;
 use crate::plane::grid::{GRID_BITS, GridPoint, GridTriangle};
 use crate::plane::overlap::overlaps;
 use crate::search::split::{Split, split_overlaps};
@@ -79,10 +82,10 @@ pub(super) fn place(
                 if step > 0.0 { DVec2::from((*u / step).to_array().map(real::round)) * step } else { *u };
         }
         let placements = frame.take_filled::<Placement>(charts, Placement::IDENTITY)?;
-        let shapes = pack::Charts { uv: points, faces: node, chart, count: charts };
+        let shapes = FlatCharts { uv: points, faces: node, chart, count: charts };
         let mut packing = settings.pack();
         packing.effort *= if attempt < CAREFUL { 1.0 } else { LATER_EFFORT };
-        let packed = pack::pack(placements, &shapes, &packing, &mut frame, workers)?;
+        let packed = pack(placements, &shapes, &packing, &mut frame, workers)?;
         let grid = frame.take::<GridPoint>(nodes)?;
         // What packing has not seen of a chart may stick out of the square by so much.
         let margin = step * placements.iter().fold(0.0, |m, p| p.scale.max(m));

@@ -4,18 +4,20 @@
 //! part that covers most of it; one that repair drops has that of a polygon at one of its vertices. Parts come out numbered
 //! by size, diameter and place, see [`order`](super::order).
 
+use super::input::{Input, fits};
 use super::order::{Face, order_parts, order_parts_need};
 use super::partition::{partition, partition_need};
-use super::{Input, UnwrapError, fits, report};
+use super::report::{UnwrapError, report};
 use crate::base::progress::{Progress, Stage};
 use crate::base::real;
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::base::workers::Workers;
-use crate::mesh::repair::{Facing, Working, repair, repair_need};
+use crate::mesh::repair::{Facing, repair, repair_need};
 use crate::mesh::view::NONE;
-use crate::parts;
+use crate::mesh::working::Working;
+use crate::parts::settings::PartSettings;
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
 use crate::rays::diameter::{DiameterSettings, diameter};
@@ -25,7 +27,7 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug)]
 pub enum Source<'a> {
     /// The shape alone.
-    Shape(parts::segmentation::Settings),
+    Shape(PartSettings),
     /// One label a polygon; equal labels are one part. Polygons beyond the list have one label.
     Labels(&'a [u32]), // (p)
 }
@@ -242,7 +244,7 @@ mod tests {
 
     #[test]
     fn a_polygon_that_repair_drops_gets_a_part_all_the_same() {
-        let (count, part, _) = run(Source::Shape(parts::segmentation::Settings::default()), 0).unwrap();
+        let (count, part, _) = run(Source::Shape(PartSettings::default()), 0).unwrap();
         assert!(count >= 1 && part.iter().all(|p| (*p as usize) < count), "{part:?}");
     }
 

@@ -4,19 +4,19 @@
 //! nor on the threads. As many go on as memory is there for; the last one left has all workers to itself. After a step of each
 //! the caller hears of it and may stop all: the maps are then the best so far, and pieces that had not begun have none.
 
-use super::UnwrapError;
-use super::learned::{Learning, MOST, Scene};
+use super::learning::{LearnScene, Learning, MOST};
+use super::report::UnwrapError;
 use crate::base::progress::{Progress, Stage};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Serial, for_each_chunk};
-use crate::charts::list::Charts;
+use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::learn::evaluate::evaluate_need;
-use crate::learn::kernels::Path;
+use crate::learn::kernels::path::Path;
 use crate::learn::losses::Loss;
-use crate::learn::run::Run;
-use crate::learn::train::{Input, Output, Sample, Settings, TrainError, train_need};
+use crate::learn::run::{Run, train_need};
+use crate::learn::training::{Sample, TrainError, TrainInput, TrainOutput, TrainSettings};
 use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::view::NONE;
 use core::fmt::{self, Display, Formatter, Write};
@@ -32,7 +32,7 @@ const NOTE: usize = 25;
 
 /// Scratch bytes for training `lanes` pieces side by side out of a mesh of so many triangles and vertices. With fewer, fewer
 /// go on at a time, as long as there is enough for one.
-pub(super) fn training_need(triangles: usize, vertices: usize, settings: &Settings, lanes: usize) -> usize {
+pub(super) fn training_need(triangles: usize, vertices: usize, settings: &TrainSettings, lanes: usize) -> usize {
     let (whole, more) = (train_need(vertices, triangles, settings), lanes.clamp(1, MOST) - 1);
     // Without batches pieces take what their vertices take, and together no more than the mesh in one; with batches each
     // takes as much as the other.
@@ -41,7 +41,7 @@ pub(super) fn training_need(triangles: usize, vertices: usize, settings: &Settin
 }
 
 /// Scratch bytes of a piece in training.
-fn job_need(triangles: usize, vertices: usize, settings: &Settings) -> usize {
+fn job_need(triangles: usize, vertices: usize, settings: &TrainSettings) -> usize {
     // The surface's lists, its charts, and what the start takes beside them.
     let start = bytes_for::<u32>(3 * triangles)
         .saturating_add(2 * bytes_for::<u32>(vertices + 2))
@@ -56,7 +56,7 @@ fn job_need(triangles: usize, vertices: usize, settings: &Settings) -> usize {
 }
 
 /// One piece in training.
-struct Job<'j> {
+struct TrainingJob<'j> {
     run: Run<'j>,
     goes_on: Result<bool, ScratchTooSmall>,
 }
@@ -69,7 +69,7 @@ pub(super) fn train_pieces(
     mut scores: &mut [f32],
     order: &[u32],
     began: Option<(&[DVec2], &[u8])>,
-    scene: &Scene,
+    scene: &LearnScene,
     learning: &mut Learning,
     mut scratch: Scratch,
     progress: &mut dyn Progress,
@@ -82,7 +82,7 @@ pub(super) fn train_pieces(
     let (path, summary) = (Path::best(), &mut learning.summary);
     while summary.maps < order.len() && !summary.was_stopped {
         let mut wave = scratch.frame();
-        let mut jobs = heapless::Vec::<Job, MOST>::new();
+        let mut jobs = heapless::Vec::<TrainingJob, MOST>::new();
         while let Some(p) = order.get(summary.maps + jobs.len()) {
             let (piece, settings) = (*p as usize, settings(*p));
             let mesh = scene.pieces.bare_surface(piece).mesh;
@@ -92,14 +92,14 @@ pub(super) fn train_pieces(
                 break;
             }
             let memory = wave.split(need.min(wave.remaining()))?;
-            let output = Output {
+            let output = TrainOutput {
                 q: take_first(&mut q, 2 * n),
                 scores: take_first(&mut scores, n),
                 weights: take_first(&mut weights, width),
                 curve: take(&mut curve),
             };
             let run = begin(output, piece, began, &settings, scene, memory)?;
-            jobs.push(Job { run, goes_on: Ok(true) }).ok();
+            jobs.push(TrainingJob { run, goes_on: Ok(true) }).ok();
         }
         let mut lead = 0;
         while jobs.iter().any(|job| job.goes_on == Ok(true)) {
@@ -137,7 +137,7 @@ pub(super) fn train_pieces(
 }
 
 /// The settings for piece `p`: its share of the steps, and no way back to a start that is not there.
-fn settings_of(p: usize, has_start: bool, scene: &Scene, settings: &Settings) -> Settings {
+fn settings_of(p: usize, has_start: bool, scene: &LearnScene, settings: &TrainSettings) -> TrainSettings {
     let mut settings = *settings;
     let share = scene.pieces.corners(p).len() as f64 / (3 * scene.pieces.rest().len()) as f64;
     settings.steps = ((settings.steps as f64 * share.max(LEAST_STEPS)) as usize).max(1);
@@ -149,11 +149,11 @@ fn settings_of(p: usize, has_start: bool, scene: &Scene, settings: &Settings) ->
 
 /// Piece `p` before its first step; everything that its training needs lies in `scratch`.
 fn begin<'j>(
-    output: Output<'j>,
+    output: TrainOutput<'j>,
     p: usize,
     began: Option<(&[DVec2], &[u8])>,
-    settings: &Settings,
-    scene: &Scene<'j>,
+    settings: &TrainSettings,
+    scene: &LearnScene<'j>,
     mut scratch: Scratch<'j>,
 ) -> Result<Run<'j>, UnwrapError> {
     let mesh = scene.pieces.bare_surface(p).mesh;
@@ -186,7 +186,7 @@ fn begin<'j>(
         let surface = scene.pieces.surface(p, &mut frame)?;
         smooth_len = start_from(target, smooth, &uv[corners.clone()], &cut[corners], &surface, frame)?;
     }
-    let input = Input { positions, normals, faces, smooth: &smooth[..smooth_len], target, exposure };
+    let input = TrainInput { positions, normals, faces, smooth: &smooth[..smooth_len], target, exposure };
     Run::new(output, input, settings, scratch).map_err(|e| match e {
         TrainError::Scratch(e) => UnwrapError::Scratch(e),
         // A piece has vertices, and its numbers come from a repaired mesh.
@@ -204,7 +204,7 @@ fn start_from(
     surface: &Surface,
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
-    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let charts = ChartList::new(surface, cut, &mut scratch)?;
     let shift = scratch.take::<DVec2>(charts.count())?;
     let corners = |k: usize| charts.faces_of(k).iter().flat_map(|f| (3 * f)..(3 * f + 3));
     let bounds = |k: usize| {

@@ -47,7 +47,7 @@ pub fn overlaps(
     let order = morton_order(triangles, scratch.take::<u64>(triangles.len())?);
     let sorted = scratch.take::<GridTriangle>(order.len())?;
     order.iter().zip(sorted.iter_mut()).for_each(|(f, t)| *t = counter_clockwise(triangles[face(*f)]));
-    let tree = Tree::new(sorted, scratch.take::<Octagon>(node_capacity(order.len()))?);
+    let tree = BoxTree::new(sorted, scratch.take::<Octagon>(node_capacity(order.len()))?);
     let after = scratch.take::<u32>(order.len())?; // by place in the order, as the next
     let before = scratch.take::<u32>(order.len())?;
     for_each_chunk(workers, after, CHUNK, &|chunk, after| {
@@ -183,14 +183,14 @@ const fn node_capacity(faces: usize) -> usize {
 }
 
 /// Node i of a level bounds nodes 8 i .. 8 i + 8 of the level below; below level 0 are the triangles.
-struct Tree<'a> {
+struct BoxTree<'a> {
     triangles: &'a [GridTriangle],
     nodes: &'a [Octagon],
     start: [usize; LEVELS + 1], // of each level in `nodes`
     levels: usize,
 }
 
-impl<'a> Tree<'a> {
+impl<'a> BoxTree<'a> {
     fn new(triangles: &'a [GridTriangle], nodes: &'a mut [Octagon]) -> Self {
         let mut start = [0; LEVELS + 1];
         let mut levels = 0;

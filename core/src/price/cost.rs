@@ -11,8 +11,8 @@ use super::given::{HardEdges, OnMesh};
 use super::turn::turns;
 use crate::base::real::{for_cost, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
-use crate::mesh::repair::{DIAGONAL, Working};
 use crate::mesh::view::next;
+use crate::mesh::working::{DIAGONAL, Working};
 
 /// Cost of a unit of length that nobody sees, and what being seen adds. Exposure to the power of 1.5, 2 and 4 was tried beside
 /// 1: at the same fill more is noticed.
@@ -113,7 +113,8 @@ pub fn prices(
 mod tests {
     use super::super::given::{BREAK, EdgeData};
     use super::*;
-    use crate::mesh::repair::{Facing, Polygons, repair, repair_need};
+    use crate::mesh::polygons::Polygons;
+    use crate::mesh::repair::{Facing, repair, repair_need};
     use crate::mesh::view::NONE;
     use glam::DVec3;
     use std::vec;

@@ -6,8 +6,9 @@
 //! A file that is shaded flat, face by face, has breaks everywhere and says nothing by them; it is known by its gentle edges.
 
 use crate::base::real::{cos, sqrt};
-use crate::mesh::repair::{DIAGONAL, Polygons, Working};
+use crate::mesh::polygons::Polygons;
 use crate::mesh::view::{NONE, next};
+use crate::mesh::working::{DIAGONAL, Working};
 use glam::Vec3;
 
 /// Mark of an edge that is a cut whatever it costs.

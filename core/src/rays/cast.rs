@@ -6,7 +6,7 @@
 //! Limits: positions of magnitude 2^-40 to 2^40 (callers scale to the unit box).
 
 use super::bvh::{Bounds, BuildBvh, BvhError, MAX_DEPTH, Node, max};
-use super::intersect::{Aim, Meeting, Start, Triangle, interval, meet};
+use super::intersect::{Aim, Meeting, RayStart, Triangle, interval, meet};
 use super::wide::{WideNode, collapse, wide_count};
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::stack::Stack;
@@ -95,7 +95,7 @@ impl<'a> Scene<'a> {
 
     /// The first face along the ray, on either side; equal distances give the lowest face.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        let (start, aim) = (Start::new(ray.origin, self.reach), Aim::new(ray.direction)?);
+        let (start, aim) = (RayStart::new(ray.origin, self.reach), Aim::new(ray.direction)?);
         let mut best: Option<Meeting> = None;
         self.visit(&start, &aim, |triangle, farthest| {
             if let Some(meeting) = meet(triangle, &start, &aim)
@@ -112,7 +112,7 @@ impl<'a> Scene<'a> {
     /// Whether the ray meets any face.
     pub fn occluded(&self, ray: &Ray) -> bool {
         let Some(aim) = Aim::new(ray.direction) else { return false };
-        let start = Start::new(ray.origin, self.reach);
+        let start = RayStart::new(ray.origin, self.reach);
         let mut free = true;
         self.visit(&start, &aim, |triangle, _| {
             free = meet(triangle, &start, &aim).is_none();
@@ -123,7 +123,7 @@ impl<'a> Scene<'a> {
 
     /// Calls `see` on the triangles of every leaf that the ray enters at a depth up to `farthest`, near leaves first,
     /// until it answers false.
-    fn visit(&self, start: &Start, aim: &Aim, mut see: impl FnMut(&Triangle, &mut f32) -> bool) {
+    fn visit(&self, start: &RayStart, aim: &Aim, mut see: impl FnMut(&Triangle, &mut f32) -> bool) {
         let mut farthest = f32::INFINITY;
         let mut waiting = Stack::<(u32, f32), { MAX_DEPTH + 1 }>::new();
         let enter = |node: u32| interval(&self.nodes[node as usize], start, aim);
@@ -272,7 +272,7 @@ pub(super) mod tests {
 
     pub fn brute(scene: &Scene, ray: &Ray) -> Option<Hit> {
         let aim = Aim::new(ray.direction)?;
-        let start = Start::new(ray.origin, scene.reach());
+        let start = RayStart::new(ray.origin, scene.reach());
         let mut all: Vec<_> = scene.triangles.iter().filter_map(|t| meet(t, &start, &aim)).collect();
         all.sort_by(|a, b| a.depth.total_cmp(&b.depth).then(a.face.cmp(&b.face)));
         all.first().map(|m| Hit { distance: m.depth / aim.length, face: m.face, weights: m.weights })

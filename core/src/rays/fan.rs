@@ -14,7 +14,7 @@
 
 use super::bvh::{MAX_DEPTH, Node, max, min};
 use super::cast::Scene;
-use super::intersect::{Aim, NEXT, Start, Triangle, inverse_slope, main_axis, meet};
+use super::intersect::{Aim, NEXT, RayStart, Triangle, inverse_slope, main_axis, meet};
 use super::lanes::{LANES, Lanes, Widest};
 use super::wide::WideNode;
 use crate::base::stack::Stack;
@@ -59,7 +59,7 @@ impl Scene<'_> {
         if self.nodes.is_empty() {
             return hit;
         }
-        let (start, loose) = (Start::new(origin, self.reach()), Start::loose(origin, self.reach()));
+        let (start, loose) = (RayStart::new(origin, self.reach()), RayStart::loose(origin, self.reach()));
         let mut packets = [Packet::EMPTY; PACKETS];
         let first = sort(&mut packets, directions);
         for side in 0..SIDES {
@@ -78,8 +78,8 @@ impl Scene<'_> {
     #[inline(always)]
     fn trace<L: Lanes, const AXIS: usize>(
         &self,
-        start: &Start,
-        loose: &Start,
+        start: &RayStart,
+        loose: &RayStart,
         sign: f32,
         packet: &mut Packet,
         hit: &mut [u64; BLOCK / 64],
@@ -146,7 +146,7 @@ impl<L: Lanes> Frustum<L> {
 
     /// Bit i: the pyramid may touch the padded box of child i. Its four sides and its apex are tested alone.
     #[inline(always)]
-    pub fn enters<const AXIS: usize>(&self, node: &WideNode, loose: &Start, sign: f32) -> u32 {
+    pub fn enters<const AXIS: usize>(&self, node: &WideNode, loose: &RayStart, sign: f32) -> u32 {
         let (z, x) = (AXIS, NEXT[AXIS]);
         let y = NEXT[x];
         let low = |k: usize| L::load(&node.low[k]).sub(L::splat(loose.low[k]));
@@ -199,7 +199,7 @@ pub(super) fn sort(packets: &mut [Packet; PACKETS], directions: &[Vec3]) -> [usi
 #[inline(always)]
 pub(super) fn enters<L: Lanes, const AXIS: usize>(
     node: &Node,
-    start: &Start,
+    start: &RayStart,
     sign: f32,
     packet: &Packet,
     limit: &[f32; LANES],
@@ -222,7 +222,7 @@ pub(super) fn enters<L: Lanes, const AXIS: usize>(
 #[inline(always)]
 pub(super) fn may_meet<L: Lanes, const AXIS: usize>(
     triangle: &Triangle,
-    start: &Start,
+    start: &RayStart,
     sign: f32,
     packet: &Packet,
 ) -> u32 {
@@ -244,7 +244,7 @@ pub(super) fn may_meet<L: Lanes, const AXIS: usize>(
 /// Gives the rays of `lanes` to the scalar test; those that hit become inactive.
 fn settle<const AXIS: usize>(
     triangle: &Triangle,
-    start: &Start,
+    start: &RayStart,
     sign: f32,
     mut lanes: u32,
     packet: &mut Packet,

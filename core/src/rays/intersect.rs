@@ -25,13 +25,13 @@ pub(super) struct Triangle {
 
 /// A ray's origin, and the padding that goes with it: `low` is taken from a box's lower corner, `high` from its upper.
 #[derive(Clone, Copy)]
-pub(super) struct Start {
+pub(super) struct RayStart {
     pub point: [f32; 3],
     pub low: [f32; 3],
     pub high: [f32; 3],
 }
 
-impl Start {
+impl RayStart {
     pub fn new(origin: Vec3, reach: f32) -> Self {
         Self::padded(origin, reach, PAD)
     }
@@ -105,7 +105,7 @@ pub(super) fn inverse_slope(side: f32, length: f32) -> f32 {
 
 /// The depths at which the ray is inside the padded box, if it is; from 0.
 #[inline(always)]
-pub(super) fn interval(node: &Node, start: &Start, aim: &Aim) -> Option<(f32, f32)> {
+pub(super) fn interval(node: &Node, start: &RayStart, aim: &Aim) -> Option<(f32, f32)> {
     let (z, x) = (aim.axis, NEXT[aim.axis]);
     let y = NEXT[x];
     let side = |k: usize, scale: f32| {
@@ -127,7 +127,7 @@ pub(super) struct Meeting {
 
 /// Where the ray meets the triangle. This function is the definition; packets only filter what they give to it.
 #[inline(always)]
-pub(super) fn meet(triangle: &Triangle, start: &Start, aim: &Aim) -> Option<Meeting> {
+pub(super) fn meet(triangle: &Triangle, start: &RayStart, aim: &Aim) -> Option<Meeting> {
     let (z, x) = (aim.axis, NEXT[aim.axis]);
     let y = NEXT[x];
     let local = |p: &[f32; 3]| {
@@ -151,7 +151,7 @@ fn meet_inside(
     triangle: &Triangle,
     [a, b, c]: [[f32; 3]; 3],
     mut weights: [f32; 3],
-    start: &Start,
+    start: &RayStart,
     aim: &Aim,
 ) -> Option<Meeting> {
     if weights.contains(&0.0) {

@@ -7,7 +7,7 @@
 use super::bvh::MAX_DEPTH;
 use super::cast::{Hit, Scene};
 use super::fan::{BLOCK, Frustum, PACKETS, Packet, SIDES, enters, may_meet, sort};
-use super::intersect::{Aim, Meeting, Start, meet};
+use super::intersect::{Aim, Meeting, RayStart, meet};
 use super::lanes::{LANES, Lanes, Widest};
 use super::wide::WideNode;
 use crate::base::stack::Stack;
@@ -21,7 +21,7 @@ impl Scene<'_> {
         if self.nodes.is_empty() {
             return;
         }
-        let (start, loose) = (Start::new(origin, self.reach()), Start::loose(origin, self.reach()));
+        let (start, loose) = (RayStart::new(origin, self.reach()), RayStart::loose(origin, self.reach()));
         let mut packets = [Packet::EMPTY; PACKETS];
         let first = sort(&mut packets, directions);
         for side in 0..SIDES {
@@ -46,8 +46,8 @@ impl Scene<'_> {
     #[inline(always)]
     fn trace_nearest<L: Lanes, const AXIS: usize>(
         &self,
-        start: &Start,
-        loose: &Start,
+        start: &RayStart,
+        loose: &RayStart,
         sign: f32,
         packet: &Packet,
     ) -> [Option<Meeting>; LANES] {

@@ -6,7 +6,7 @@
 
 use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
-use crate::charts::list::Charts;
+use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::charts::wedge_paths::{Go, WedgePaths};
 use crate::mesh::view::NONE;
@@ -35,7 +35,7 @@ pub fn split_bulky(
     surface: &Surface,
     mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
-    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let charts = ChartList::new(surface, cut, &mut scratch)?;
     let node = scratch.take::<u32>(surface.mesh.corner_count())?;
     let nodes = surface.wedges(cut, node);
     let border = scratch.take::<u32>(surface.mesh.corner_count())?;

@@ -11,11 +11,12 @@ use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
 use crate::base::workers::Serial;
-use crate::charts::list::Charts;
+use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::mesh::view::{NONE, next};
 use crate::plane::grid::{GridPoint, grid_bits, interiors_meet};
-use crate::solve::relax::{Piece, Stop, relax, relax_need};
+use crate::solve::piece::{Piece, Stop};
+use crate::solve::relax::{relax, relax_need};
 use bytemuck::{Pod, Zeroable};
 use core::num::NonZero;
 use glam::{DVec2, DVec3};
@@ -36,7 +37,7 @@ const STOP: Stop = Stop { steps: 12, tolerance: 1e-4 };
 /// A run of border half-edges of a chart with one neighbour across it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct Run {
+struct SeamRun {
     first: u32, // place in the border
     count: u32,
     saved: f64, // cost of the seam
@@ -74,7 +75,7 @@ pub fn glue_small(
     let (largest, most_faces) = if limits.one { (1.0, MOST_FACES_FOR_ONE) } else { (LARGEST, MOST_FACES) };
     let faces = surface.mesh.faces.len();
     let mut limits = limits;
-    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let charts = ChartList::new(surface, cut, &mut scratch)?;
     let total: f64 = surface.rest.iter().map(|r| r.area).sum();
     let area = |k: usize| charts.faces_of(k).iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
     let order = scratch.take::<[u64; 2]>(charts.count())?;
@@ -110,14 +111,14 @@ pub fn glue_small(
 
 /// Charts that grow as others are glued to them. One that has taken others is not glued itself.
 struct Homes<'h> {
-    charts: Charts<'h>,
+    charts: ChartList<'h>,
     now: &'h mut [u32],   // (charts) the chart that each is part of: itself, or one that took it
     first: &'h mut [u32], // (charts) the last chart that each has taken, or `NONE`
     next: &'h mut [u32],  // (charts) the one that was taken before it by the same chart, or `NONE`
 }
 
 impl<'h> Homes<'h> {
-    fn new(charts: Charts<'h>, keep: &mut Scratch<'h>) -> Result<Self, ScratchTooSmall> {
+    fn new(charts: ChartList<'h>, keep: &mut Scratch<'h>) -> Result<Self, ScratchTooSmall> {
         let now = keep.take::<u32>(charts.count())?;
         now.iter_mut().enumerate().for_each(|(k, n)| *n = k as u32);
         let (first, next) = (keep.take_filled(charts.count(), NONE)?, keep.take_filled(charts.count(), NONE)?);
@@ -169,12 +170,12 @@ fn try_chart(
         Some(len)
     })?;
     let Some(around) = NonZero::new(border.len()) else { return Ok(None) };
-    let runs = scratch.take::<Run>(border.len())?;
+    let runs = scratch.take::<SeamRun>(border.len())?;
     let count = find_runs(runs, border, around, cut, k as u32, homes, surface);
     let runs = &mut runs[..count];
     sort::by(runs, |a, b| b.saved.total_cmp(&a.saved).then(a.first.cmp(&b.first)));
     for run in runs.iter().take(if limits.one { TRIES_FOR_ONE } else { TRIES }) {
-        let run: Run = *run;
+        let run: SeamRun = *run;
         let edge = |i: u32| border[(run.first + i) as usize % around];
         let into = homes.of_face(surface.twin[edge(0) as usize] / 3);
         let mut frame = scratch.frame();
@@ -198,7 +199,7 @@ fn try_chart(
 
 /// Longest stretches of the border with one neighbour across, whose border runs along without a branch.
 fn find_runs(
-    runs: &mut [Run],
+    runs: &mut [SeamRun],
     border: &[u32],
     around: NonZero<usize>,
     cut: &[u8],
@@ -230,7 +231,7 @@ fn find_runs(
             let len = (end - i + 1).min(n - 1);
             let saved = (i..i + len).map(|j| surface.cost[at(j)]).sum();
             if len > 0 {
-                runs[count] = Run { first: (i % around) as u32, count: len as u32, saved };
+                runs[count] = SeamRun { first: (i % around) as u32, count: len as u32, saved };
                 count += 1;
             }
         }

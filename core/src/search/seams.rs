@@ -21,7 +21,7 @@ use crate::base::workers::Workers;
 use crate::carry::proxy::{proxy_costs, proxy_costs_need};
 use crate::carry::slide::Slides;
 use crate::carry::transfer::{transfer, transfer_need};
-use crate::charts::list::Charts;
+use crate::charts::list::ChartList;
 use crate::charts::patch::{SEEDS, patch_need, relax_patch};
 use crate::charts::surface::Surface;
 use crate::charts::work::{Work, job_need, work_on};
@@ -34,7 +34,7 @@ use crate::mesh::view::MeshView;
 use crate::plane::overlap::overlaps_need;
 use crate::solve::bound::{distortion, energies, most_distorted, worst};
 use crate::solve::energy::{MOLLIFY, Rest, even_out};
-use crate::solve::relax::Stop;
+use crate::solve::piece::Stop;
 use glam::{DVec2, DVec3};
 
 /// What the search may spend.
@@ -380,7 +380,7 @@ impl Search<'_> {
     /// Relaxes the charts that hold a changed face, for these rest shapes and weights.
     fn relax(&mut self, stop: Stop, rest: &[Rest], mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
         let Self { uv, cut, changed, surface, workers, .. } = self;
-        let charts = Charts::new(surface, cut, &mut scratch)?;
+        let charts = ChartList::new(surface, cut, &mut scratch)?;
         let touched = |k: usize| charts.faces_of(k).iter().any(|f| changed[*f as usize] != 0);
         let weighed = Surface { rest, ..**surface };
         work_on(uv, &weighed, cut, &charts, touched, Work::Relax(stop), scratch, *workers)?;

@@ -10,7 +10,7 @@ use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::sort;
 use crate::base::union_find::UnionFind;
 use crate::base::workers::Workers;
-use crate::charts::list::Charts;
+use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::charts::wedge_paths::{Go, WedgePaths};
 use crate::first::disks::disks_again;
@@ -95,7 +95,7 @@ pub fn split_overlaps(
     workers: &dyn Workers,
 ) -> Result<usize, ScratchTooSmall> {
     let faces = surface.mesh.faces.len();
-    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let charts = ChartList::new(surface, cut, &mut scratch)?;
     let queue = scratch.take::<u32>(faces)?;
     let partner = scratch.take::<u32>(faces)?;
     let found = self_overlaps(partner, uv, charts.of_face, charts.count(), scratch.frame(), workers)?;
@@ -113,7 +113,7 @@ pub fn split_overlaps(
     let node = scratch.take::<u32>(3 * faces)?;
     let node_count = surface.wedges(cut, node);
     let side = scratch.take::<u8>(faces)?;
-    let mut search = Search::new(node, node_count, faces, &mut scratch)?;
+    let mut search = Splitting::new(node, node_count, faces, &mut scratch)?;
     for clash in clashes(region, partner, charts.of_face, surface, &mut scratch)? {
         let members = charts.faces_of(clash.chart as usize);
         if clash.x == clash.y {
@@ -194,14 +194,14 @@ fn clashes<'a>(
 }
 
 /// Memory of one split, reused.
-struct Search<'a> {
+struct Splitting<'a> {
     position: &'a mut [u32], // (nodes) place along the border; `NONE` between two splits
     paths: WedgePaths<'a>,
     border: &'a mut [u32], // half-edges of the chart's border in order
     parent: &'a mut [u32], // (faces) of a corridor search; `NONE` between two
 }
 
-impl<'a> Search<'a> {
+impl<'a> Splitting<'a> {
     fn new(node: &[u32], nodes: usize, faces: usize, keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
         Ok(Self {
             position: keep.take_filled(nodes, NONE)?,

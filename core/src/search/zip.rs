@@ -16,14 +16,14 @@ use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::base::workers::Workers;
-use crate::charts::list::Charts;
+use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::charts::work::{Work, work_on};
 use crate::mesh::view::next;
 use crate::plane::hull::hull_of;
 use crate::plane::motion::Motion;
 use crate::solve::bound::{distortion, worst};
-use crate::solve::relax::Stop;
+use crate::solve::piece::Stop;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 
@@ -67,7 +67,7 @@ pub struct Goal {
 /// A path of the cut graph between two nodes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct Path {
+struct SeamPath {
     score: f64, // cost saved over the energy expected
     saved: f64, // cost saved over the square root of all area
     first: u32, // place in the list
@@ -78,7 +78,7 @@ struct Path {
 pub const fn zip_need(faces: usize, vertices: usize) -> usize {
     8 * bytes_for::<u32>(3 * faces)
         + bytes_for::<DVec2>(3 * faces)
-        + bytes_for::<Path>(3 * faces)
+        + bytes_for::<SeamPath>(3 * faces)
         + 5 * bytes_for::<u32>(faces + 2)
         + bytes_for::<f64>(faces)
         + bytes_for::<u32>(vertices)
@@ -146,7 +146,7 @@ fn close(
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<bool, ScratchTooSmall> {
-    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let charts = ChartList::new(surface, cut, &mut scratch)?;
     let own = charts.of_face[face as usize];
     if !work_on(uv, surface, cut, &charts, |k| k as u32 == own, Work::Flatten(STOP), scratch.frame(), workers)? {
         return Ok(false);
@@ -168,7 +168,7 @@ fn hulls(
     surface: &Surface,
     mut scratch: Scratch,
 ) -> Result<f64, ScratchTooSmall> {
-    let charts = Charts::new(surface, cut, &mut scratch)?;
+    let charts = ChartList::new(surface, cut, &mut scratch)?;
     let [a, b] = ends.map(|f| charts.of_face[f as usize]);
     let hull = |k: u32| {
         let mut corners = charts.faces_of(k as usize).iter().flat_map(|f| 3 * f..3 * f + 3);
@@ -186,9 +186,9 @@ fn find_paths<'a>(
     goal: Goal,
     spare: f64,
     keep: &mut Scratch<'a>,
-) -> Result<(&'a [u32], &'a [Path]), ScratchTooSmall> {
+) -> Result<(&'a [u32], &'a [SeamPath]), ScratchTooSmall> {
     let list = keep.take::<u32>(cut.iter().filter(|c| **c != 0).count() / 2)?;
-    let paths = keep.take::<Path>(list.len())?;
+    let paths = keep.take::<SeamPath>(list.len())?;
     let chart = keep.take::<u32>(surface.mesh.faces.len())?;
     let queue = keep.take::<u32>(surface.mesh.faces.len())?;
     let charts = surface.charts(cut, chart, queue);
@@ -253,7 +253,7 @@ fn find_paths<'a>(
             }
         }
         let score = for_decision(saved / (gap + CHEAP * spare));
-        paths[count] = Path { score, saved, first: begin as u32, count: (len - begin) as u32 };
+        paths[count] = SeamPath { score, saved, first: begin as u32, count: (len - begin) as u32 };
         count += 1;
     }
     let paths = &mut paths[..count];

@@ -3,8 +3,9 @@
 //! Guarantee in exact arithmetic: no flips, no overlap. In f64, charts with long thin limbs can lose that to rounding:
 //! the caller looks at the energy of the result. Cost: one sparse solve.
 
-use super::relax::{Piece, Spring, System, add_pull, add_spring, graph_need};
-use super::sparse::FrontMatrix;
+use super::piece::{Piece, Spring};
+use super::relax::{System, add_pull, add_spring, graph_need};
+use super::sparse::front_matrix::FrontMatrix;
 use crate::base::real::{cos, sin, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::workers::Workers;

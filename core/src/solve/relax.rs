@@ -5,13 +5,14 @@
 //! Guarantee: a start without flips stays without flips, and the energy never rises.
 //! Cost: O(n^1.5) a step for n nodes; the order and the fronts are found once a call.
 
-use super::energy::Rest;
-use super::sparse::{Factor, FrontMatrix, Symbolic};
+use super::piece::{Piece, Spring, Stop};
+use super::sparse::dissection::Symbolic;
+use super::sparse::front_matrix::FrontMatrix;
+use super::sparse::multifrontal::Factor;
 use super::walls::{Walls, walls_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::workers::{Workers, for_each_chunk};
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
 /// Share of the largest flip-free step that is taken. 0.99 lets triangles come so close to flat that later steps stall.
@@ -31,47 +32,9 @@ const SETTLED: f64 = 0.3;
 /// Smaller charts are factored anyway.
 const SETTLED_FROM: usize = 2000;
 
-/// Pulls two nodes together with energy weight * |x_a - x_b|^2.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct Spring {
-    /// One end.
-    pub a: u32,
-    /// The other end.
-    pub b: u32,
-    /// Stiffness.
-    pub weight: f64,
-}
-
-/// A piece of surface: nodes `0..free` move, the others are held.
-#[derive(Clone, Copy)]
-pub struct Piece<'p> {
-    /// Nodes of each triangle.
-    pub triangles: &'p [[u32; 3]], // (t)
-    /// Rest shape of each triangle.
-    pub rest: &'p [Rest], // (t)
-    /// Nodes that move: 0..free.
-    pub free: usize,
-    /// A point of each node that is near those of its neighbours: guides the elimination order only.
-    pub at: &'p [DVec3], // (n)
-    /// Springs.
-    pub springs: &'p [Spring],
-    /// Border edges that are kept apart, in order round the border.
-    pub walls: &'p [[u32; 2]],
-}
-
-/// When to stop.
-#[derive(Clone, Copy)]
-pub struct Stop {
-    /// Most Newton steps.
-    pub steps: usize,
-    /// Stops when a step's predicted decrease is below this share of the piece's area.
-    pub tolerance: f64,
-}
-
 /// What was done.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Relaxed {
+pub struct Relaxation {
     /// Energy of triangles and springs at the start.
     pub before: f64,
     /// And at the end.
@@ -230,14 +193,14 @@ pub fn relax(
     stop: Stop,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<Relaxed, ScratchTooSmall> {
+) -> Result<Relaxation, ScratchTooSmall> {
     let free = piece.free;
     let sums = scratch.take::<f64>(piece.triangles.len().div_ceil(CHUNK))?;
     let mut walls = Walls::new(piece.walls, piece, &mut scratch)?;
     let pushes = scratch.take::<[f64; 5]>(if piece.walls.is_empty() { 0 } else { x.len() })?;
     walls.open(x, piece, scratch.frame())?;
     let mut now = energy(piece, x, sums, workers) + walls.energy(x);
-    let mut done = Relaxed { before: now, after: now, ..Relaxed::default() };
+    let mut done = Relaxation { before: now, after: now, ..Relaxation::default() };
     if free == 0 || now == f64::INFINITY || stop.steps == 0 {
         return Ok(done);
     }

@@ -5,7 +5,7 @@
 //! The Hessian is bounded by its blocks on the diagonal, so walls add nothing to the fill of the factor.
 //! Guarantee: a border that does not touch itself never does. Cost: O(b log b + pairs) an evaluation for b border edges.
 
-use super::relax::Piece;
+use super::piece::Piece;
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;

@@ -5,7 +5,8 @@ use glam::DVec2;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::measure::{Metrics, measure, measure_need};
-use seamwright_core::mesh::repair::{Facing, Polygons, repair, repair_need};
+use seamwright_core::mesh::polygons::Polygons;
+use seamwright_core::mesh::repair::{Facing, repair, repair_need};
 use seamwright_core::pipeline::Report;
 
 /// Share of the mean area below which a face has none to speak of, and may have turned over on the grid.

@@ -3,7 +3,7 @@
 use seamwright::training::map_file;
 use seamwright::training::trainer::Trainer;
 use seamwright_core::learn::backbone::Widths;
-use seamwright_core::learn::train::Settings;
+use seamwright_core::learn::training::TrainSettings;
 use std::fs;
 use std::path::Path;
 
@@ -109,7 +109,7 @@ fn small_files() -> Vec<(&'static str, u8, Vec<u8>)> {
     let chunks = [chunk(b"JSON", &text), chunk(b"BIN\0", &facet[12..])].concat();
     let glb = [&b"glTF"[..], &2u32.to_le_bytes(), &(12 + chunks.len() as u32).to_le_bytes(), &chunks].concat();
     let widths = Widths { hidden: 1, code: 1 };
-    let mut trainer = Trainer::with("draft".into(), Settings { widths, ..Settings::DRAFT }, true);
+    let mut trainer = Trainer::with("draft".into(), TrainSettings { widths, ..TrainSettings::DRAFT }, true);
     trainer.summary.maps = 1;
     let mut map = vec![];
     map_file::write(&mut map, &trainer).expect("memory takes all bytes");

@@ -7,11 +7,14 @@ use seamwright_core::base::progress::Silent;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Serial;
 use seamwright_core::learn::backbone::Widths;
-use seamwright_core::learn::kernels::Path;
+use seamwright_core::learn::kernels::path::Path;
 use seamwright_core::learn::losses::{Loss, LossWeights};
-use seamwright_core::learn::train::{self, Sample, Unwatched, train, train_need};
-use seamwright_core::parts::segmentation::{self, Count};
-use seamwright_core::pipeline::learned::{Learning, MOST, Summary, learned_need};
+use seamwright_core::learn::run::train_need;
+use seamwright_core::learn::train::train;
+use seamwright_core::learn::training::{TrainError, TrainInput, TrainOutput, TrainSettings, Sample, Unwatched};
+use seamwright_core::parts::settings::Count;
+use seamwright_core::pipeline::learned::learned_need;
+use seamwright_core::pipeline::learning::{LearnedSummary, Learning, MOST};
 use seamwright_core::pipeline::polygons::{Parts, Source, parts_of_polygons, parts_of_polygons_need};
 use seamwright_core::pipeline::{Method, Output, Packing, Settings, UnwrapError, unwrap_by, unwrap_need};
 use seamwright_core::rays::binned::BinnedBuilder;
@@ -43,8 +46,8 @@ fuzz_target!(|bytes: &[u8]| {
     }
 });
 
-fn training(bytes: &mut Bytes) -> train::Settings {
-    let preset = bytes.pick(&[train::Settings::PAPER, train::Settings::STANDARD, train::Settings::DRAFT]);
+fn training(bytes: &mut Bytes) -> TrainSettings {
+    let preset = bytes.pick(&[TrainSettings::PAPER, TrainSettings::STANDARD, TrainSettings::DRAFT]);
     let is_wild = bytes.byte() >= 0xf0;
     let number = |bytes: &mut Bytes, sound: f64| if is_wild { HOSTILE[usize::from(bytes.byte()) & 15] } else { sound };
     let mut weights = preset.weights;
@@ -54,7 +57,7 @@ fn training(bytes: &mut Bytes) -> train::Settings {
             weights = LossWeights(weights.0).with(loss, number(bytes, 0.01));
         }
     }
-    train::Settings {
+    TrainSettings {
         widths: Widths { hidden: bytes.pick(&[2, 1, 3, 0, 9]), code: 1 + usize::from(is_wild) },
         steps: bytes.pick(&[2, 1, 6, 0, 22]),
         batch: bytes.pick(&[7, 0, 1, 2, 64]),
@@ -94,7 +97,7 @@ fn segmented(case: &Case, count: Option<Count>) {
 }
 
 /// A training on arrays of any numbers, some of them with wrong lengths.
-fn trained(bytes: &mut Bytes, settings: &train::Settings) {
+fn trained(bytes: &mut Bytes, settings: &TrainSettings) {
     let (misfit, is_wild) = (bytes.byte(), bytes.byte() >= 0xc0);
     let case = Case::read(bytes, 0);
     let n = case.positions.len();
@@ -126,19 +129,19 @@ fn trained(bytes: &mut Bytes, settings: &train::Settings) {
         _ => {}
     }
     let (positions, normals, faces, smooth) = (&positions, &normals, &faces, &smooth);
-    let input = train::Input { positions, normals, faces, smooth, target: &target, exposure: &exposure };
-    let output = train::Output { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
+    let input = TrainInput { positions, normals, faces, smooth, target: &target, exposure: &exposure };
+    let output = TrainOutput { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
     let need = train_need(exposure.len(), faces.len() / 3, settings);
     if need < MOST_BYTES {
         let mut memory = vec![0xa5; need];
         let result =
             train(output, input, settings, Path::best(), &Serial, &mut Unwatched, &mut Scratch::new(&mut memory));
-        assert!(!matches!(result, Err(train::TrainError::Scratch(_))), "train_need is too little");
+        assert!(!matches!(result, Err(TrainError::Scratch(_))), "train_need is too little");
     }
 }
 
 /// The methods that learn, on a mesh of some hundred faces.
-fn unwrapped(case: &Case, settings: train::Settings, what: u8) {
+fn unwrapped(case: &Case, settings: TrainSettings, what: u8) {
     let mut made = Made::room(case);
     let is_hybrid = what & 4 != 0;
     let parameters = settings.widths.parameter_count();
@@ -150,7 +153,7 @@ fn unwrapped(case: &Case, settings: train::Settings, what: u8) {
         frames: &mut frames,
         weights: &mut weights,
         curve: &mut curve,
-        summary: Summary { maps: usize::from(!is_hybrid && what & 16 != 0), ..Summary::default() },
+        summary: LearnedSummary { maps: usize::from(!is_hybrid && what & 16 != 0), ..LearnedSummary::default() },
     };
     let how = Settings { rays: 2, packing: Packing::Grid, ..Settings::default() };
     let triangles = case.corners.len() / 3;

@@ -4,8 +4,10 @@
 use glam::DVec3;
 use seamwright_core::judge::measure::measure_need;
 use seamwright_core::learn::backbone::Widths;
-use seamwright_core::learn::train::{Settings as Training, train_need};
-use seamwright_core::mesh::repair::{Polygons, repair_need};
+use seamwright_core::learn::run::train_need;
+use seamwright_core::learn::training::TrainSettings;
+use seamwright_core::mesh::polygons::Polygons;
+use seamwright_core::mesh::repair::repair_need;
 use seamwright_core::pipeline::polygons::parts_of_polygons_need;
 use seamwright_core::pipeline::{Input, Packing, Settings, unwrap_need};
 use seamwright_core::rays::binned::BinnedBuilder;
@@ -26,7 +28,7 @@ fn main() {
         let polygons = Polygons { positions, corners, polygon_start, kept_uv: None };
         let input = Input::new(positions, corners, polygon_start);
         let unwrap = |packing| unwrap_need(&input, &Settings { packing, ..Settings::default() }, &BinnedBuilder);
-        let tiny = Training { widths: Widths { hidden: 8, code: 4 }, batch: 64, ..Training::DRAFT };
+        let tiny = TrainSettings { widths: Widths { hidden: 8, code: 4 }, batch: 64, ..TrainSettings::DRAFT };
         let needs = [
             repair_need(&polygons.counts()),
             Scene::need(faces, &BinnedBuilder) + exposure_need(64),
@@ -34,7 +36,7 @@ fn main() {
             unwrap(Packing::Grid),
             unwrap(Packing::Tight),
             train_need(vertices, faces, &tiny),
-            train_need(vertices, faces, &Training::DRAFT),
+            train_need(vertices, faces, &TrainSettings::DRAFT),
             measure_need(vertices, faces, 128),
         ];
         println!("| {faces} | {} |", needs.map(|n| n.div_ceil(1024).to_string()).join(" | "));

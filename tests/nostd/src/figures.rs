@@ -4,7 +4,7 @@
 
 use crate::hash::Hash;
 use seamwright_core::judge::atlas::Atlas;
-use seamwright_core::judge::charts::Charts;
+use seamwright_core::judge::charts::ChartFigures;
 use seamwright_core::judge::coverage::Coverage;
 use seamwright_core::judge::distortion::{Distortion, Worst};
 use seamwright_core::judge::input::UvBox;
@@ -22,7 +22,7 @@ pub fn hash(metrics: &Metrics) -> u64 {
         hash.numbers([low.x, low.y, high.x, high.y])
     });
     let hash = of_distortion(hash, distortion);
-    let Charts { count, non_disks, closed_or_handled, mirrored, flipped_faces, flipped_area } = charts;
+    let ChartFigures { count, non_disks, closed_or_handled, mirrored, flipped_faces, flipped_area } = charts;
     let hash = hash.sizes([count, non_disks, closed_or_handled, mirrored, flipped_faces]).numbers([flipped_area]);
     let hash = of_seams(hash, seams);
     let Coverage { resolution, covered, overlapped, max_depth } = coverage;

@@ -5,7 +5,7 @@
 use crate::{MEMORY, SEED, run};
 use core::sync::atomic::{AtomicUsize, Ordering};
 use seamwright_core::base::workers::Workers;
-use seamwright_core::learn::kernels::Path;
+use seamwright_core::learn::kernels::path::Path;
 use std::{println, string::String, thread, vec};
 
 const GOLDEN: &str = include_str!("../../../fixtures/golden/hashes");

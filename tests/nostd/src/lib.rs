@@ -15,7 +15,7 @@ pub mod stages;
 
 use core::fmt::Write;
 use seamwright_core::base::workers::Workers;
-use seamwright_core::learn::kernels::Path;
+use seamwright_core::learn::kernels::path::Path;
 use seamwright_core::pipeline::Packing;
 use stages::{Failure, Stages, stages};
 

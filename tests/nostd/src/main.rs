@@ -22,7 +22,7 @@ use core::cell::UnsafeCell;
 use core::fmt::{self, Write};
 use core::hint::black_box;
 use seamwright_core::base::workers::Serial;
-use seamwright_core::learn::kernels::Path;
+use seamwright_core::learn::kernels::path::Path;
 use seamwright_nostd::{MEMORY, SEED, run};
 
 /// Core's working memory: it costs nothing in the file.

@@ -11,12 +11,13 @@ use seamwright_core::base::workers::Workers;
 use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::measure::{MeasureError, measure};
 use seamwright_core::learn::backbone::Widths;
-use seamwright_core::learn::kernels::Path;
+use seamwright_core::learn::kernels::path::Path;
 use seamwright_core::learn::losses::{Loss, LossWeights};
-use seamwright_core::learn::train::{self, Sample, TrainError, Unwatched, train};
+use seamwright_core::learn::train::train;
+use seamwright_core::learn::training::{TrainInput, TrainOutput, TrainSettings, Sample, TrainError, Unwatched};
 use seamwright_core::mesh::normals::{NormalWeight, vertex_normals};
 use seamwright_core::mesh::view::MeshView;
-use seamwright_core::parts::segmentation;
+use seamwright_core::parts::settings::PartSettings;
 use seamwright_core::pipeline::polygons::{Parts, Source, parts_of_polygons};
 use seamwright_core::pipeline::{Input, Output, Packing, Settings, UnwrapError, unwrap};
 use seamwright_core::rays::binned::BinnedBuilder;
@@ -30,12 +31,12 @@ const RESOLUTION: u32 = 128;
 /// Every loss has a weight and step 5 looks at the rare ones again, so that every operation of the tape runs.
 const WEIGHTS: LossWeights = LossWeights([1.0, 0.01, 0.01, 0.01, 0.005, 0.01, 1e-2, 0.004, 0.01, 0.01, 0.1]);
 /// A training of seconds on a microcontroller. The width is no multiple of any path's tile.
-const TRAINING: train::Settings = train::Settings {
+const TRAINING: TrainSettings = TrainSettings {
     widths: Widths { hidden: 21, code: 5 },
     steps: 7,
     batch: 60,
     weights: WEIGHTS,
-    ..train::Settings::PAPER
+    ..TrainSettings::PAPER
 };
 
 /// A hash of what each stage wrote.
@@ -108,7 +109,7 @@ pub fn stages(
 
     let part = scratch.take::<u32>(faces.len())?;
     let diameter = scratch.take::<f32>(faces.len())?;
-    let shape = Source::Shape(segmentation::Settings { seed, ..Default::default() });
+    let shape = Source::Shape(PartSettings { seed, ..Default::default() });
     let out = Parts { part, diameter };
     let (bvh, frame) = (&BinnedBuilder, scratch.frame());
     let parts = parts_of_polygons(out, &input, shape, bvh, frame, workers, &mut Silent).map_err(Failure::Unwrap)?;
@@ -157,7 +158,7 @@ fn training(
         target[v] = [positions[v][0], positions[v][1]];
     }
     let faces = mesh.faces.as_flattened();
-    let input = train::Input {
+    let input = TrainInput {
         positions: positions.as_flattened(),
         normals: normals.as_flattened(),
         faces,
@@ -169,8 +170,8 @@ fn training(
     let scores = scratch.take::<f32>(n)?;
     let weights = scratch.take::<f32>(TRAINING.widths.parameter_count())?;
     let curve = &mut [Sample { step: 0, losses: [0.0; Loss::ALL.len()] }; TRAINING.steps];
-    let settings = train::Settings { seed, ..TRAINING };
-    let out = train::Output { q, scores, weights, curve };
+    let settings = TrainSettings { seed, ..TRAINING };
+    let out = TrainOutput { q, scores, weights, curve };
     train(out, input, &settings, path, workers, &mut Unwatched, &mut scratch).map_err(Failure::Train)?;
     let losses = curve.iter().flat_map(|sample| sample.losses);
     let values = weights.iter().chain(q.iter()).chain(scores.iter()).copied();

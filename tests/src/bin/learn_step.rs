@@ -9,9 +9,11 @@ use seamwright::run::threads::Pool;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::learn::adamw;
 use seamwright_core::learn::backbone::{Widths, initialise};
-use seamwright_core::learn::kernels::Path;
+use seamwright_core::learn::kernels::path::Path;
 use seamwright_core::learn::losses::{Loss, LossWeights};
-use seamwright_core::learn::train::{Input, Output, Sample, Settings, Unwatched, train, train_need};
+use seamwright_core::learn::run::train_need;
+use seamwright_core::learn::train::train;
+use seamwright_core::learn::training::{Sample, TrainInput, TrainOutput, TrainSettings, Unwatched};
 use seamwright_tests::learned::{Learned, Surface};
 use seamwright_tests::load_obj;
 use std::{env, error::Error, time::Instant};
@@ -101,7 +103,7 @@ fn surface(file: &str) -> Surface {
 
 /// Trains by a preset; prints the losses on the way, wall and processor seconds, and the share of seam vertices.
 fn time_training(surface: &Surface, preset: &str, path: Path, pool: &Pool) -> Result<(), Box<dyn Error>> {
-    let settings = Settings::preset(preset).ok_or("--train: draft, standard or paper")?;
+    let settings = TrainSettings::preset(preset).ok_or("--train: draft, standard or paper")?;
     let narrow = |x: &[f64]| x.iter().map(|x| *x as f32).collect::<Vec<f32>>();
     let (positions, normals) = (narrow(&surface.positions), narrow(&surface.normals));
     let exposure = narrow(&surface.exposure);
@@ -109,8 +111,8 @@ fn time_training(surface: &Surface, preset: &str, path: Path, pool: &Pool) -> Re
     let mut bytes = vec![0; train_need(count, surface.faces.len() / 3, &settings)];
     let (mut q, mut scores) = (vec![0.0; 2 * count], vec![0.0; count]);
     let (mut weights, mut curve) = (vec![0.0; settings.widths.parameter_count()], vec![Sample::default(); 5]);
-    let output = Output { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
-    let input = Input {
+    let output = TrainOutput { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
+    let input = TrainInput {
         positions: &positions,
         normals: &normals,
         faces: &surface.faces,

@@ -9,12 +9,15 @@ use glam::{DVec2, DVec3};
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::union_find::UnionFind;
 use seamwright_core::base::workers::Workers;
-use seamwright_core::pack::{Charts, Placement, Settings, pack, pack_need};
+use seamwright_core::pack::flat_charts::FlatCharts;
+use seamwright_core::pack::layout::{pack, pack_need};
+use seamwright_core::pack::placement::Placement;
+use seamwright_core::pack::settings::PackSettings;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{env, error::Error, fmt::Write, fs, path::Path, time::Instant};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut settings = Settings::default();
+    let mut settings = PackSettings::default();
     let (mut threads, mut out, mut files) = (1, None, Vec::new());
     let mut args = env::args().skip(1);
     while let Some(arg) = args.next() {
@@ -35,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut atlas = Atlas::read(Path::new(file))?;
         atlas.equalise_density();
         let start = (Instant::now(), cpu_seconds());
-        let charts = Charts { uv: &atlas.uv, faces: &atlas.faces, chart: &atlas.chart, count: atlas.chart_count };
+        let charts = FlatCharts { uv: &atlas.uv, faces: &atlas.faces, chart: &atlas.chart, count: atlas.chart_count };
         let mut bytes = vec![0; pack_need(charts.faces.len(), charts.count, &settings)];
         let mut placements = vec![Placement::IDENTITY; charts.count];
         let summary = pack(&mut placements, &charts, &settings, &mut Scratch::new(&mut bytes), &Threads(threads))?;

@@ -11,7 +11,7 @@
 use seamwright_core::base::{scratch::Scratch, workers::Serial};
 use seamwright_core::mesh::topology::{twins, twins_need};
 use seamwright_core::mesh::view::MeshView;
-use seamwright_core::parts::segmentation::{Count, Settings};
+use seamwright_core::parts::settings::{Count, PartSettings};
 use seamwright_core::pipeline::partition::{partition, partition_need};
 use seamwright_core::rays::binned::BinnedBuilder;
 use seamwright_tests::{load_obj, rand_error, seconds};
@@ -122,7 +122,7 @@ fn segment(case: &Case, count: Count) -> Vec<u32> {
     let mut twin = vec![0; 3 * faces.len()];
     twins(&mut twin, mesh, Scratch::new(&mut bytes)).expect("enough scratch");
     let (mut labels, mut diameter) = (vec![0; faces.len()], vec![0.0; faces.len()]);
-    let settings = Settings { count, ..Default::default() };
+    let settings = PartSettings { count, ..Default::default() };
     let scratch = Scratch::new(&mut bytes);
     partition(&mut labels, &mut diameter, mesh, &twin, &settings, &BinnedBuilder, scratch, &Serial)
         .unwrap_or_else(|e| panic!("{}: {e}", case.name));

@@ -65,16 +65,20 @@ fn rooms(page: &str, table: &str) -> Vec<Room> {
 fn named(name: &str, file: &str, text: &str) -> (Vec<Vec<String>>, Vec<Vec<String>>) {
     let code = code(text);
     let own = module(file);
-    let tests_begin = code.find("#[cfg(test)]").unwrap_or(code.len());
+    let tests_begin = match own.iter().any(|part| part.ends_with("_tests")) {
+        true => 0,
+        false => code.find("#[cfg(test)]").unwrap_or(code.len()),
+    };
     let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
     // `paths` has those of `use` items and what begins with `crate::`; elsewhere `super::` may stand anywhere.
     let is_first = |at: usize| !code[..at].ends_with(is_word) && !code[..at].ends_with("use ");
     let supers = code.match_indices("super::").filter(|(at, _)| is_first(*at)).map(|(at, _)| {
         let path = code[at..].split(|c| !is_word(c)).next().unwrap_or("").to_string();
-        (path, at > tests_begin, at > tests_begin)
+        (path, at > tests_begin, at > tests_begin && tests_begin > 0)
     });
     let (mut inside, mut outside) = (Vec::new(), Vec::new());
     for (path, in_tests, is_inner) in paths(&code).into_iter().chain(supers) {
+        let in_tests = in_tests || tests_begin == 0;
         let parts: Vec<String> = path.split("::").filter(|part| !part.is_empty()).map(String::from).collect();
         let supers = parts.iter().take_while(|part| *part == "super").count();
         match parts.first().map(String::as_str) {
@@ -83,6 +87,10 @@ fn named(name: &str, file: &str, text: &str) -> (Vec<Vec<String>>, Vec<Vec<Strin
                 // The first `super` of an inner module is the file's own.
                 let base = own[..own.len().saturating_sub(supers - usize::from(is_inner))].iter();
                 inside.push(base.map(ToString::to_string).chain(parts[supers..].iter().cloned()).collect());
+            }
+            // A folder's own files.
+            Some(first) if code.contains(&format!("mod {first};")) => {
+                inside.push(own.iter().map(ToString::to_string).chain(parts).collect());
             }
             Some(first) if !in_tests && first != name => outside.push(parts),
             _ => {}
@@ -191,7 +199,7 @@ fn doubles(house: &House) -> Vec<String> {
     let House { folder, name: own_name, files, .. } = house;
     let mut homes: BTreeMap<&str, &str> = BTreeMap::new();
     let mut faults = Vec::new();
-    for (file, text) in files {
+    for (file, text) in files.iter().filter(|(file, _)| !file.contains("_tests")) {
         for name in text.lines().take_while(|line| *line != "#[cfg(test)]").filter_map(defined) {
             if let Some(before) = homes.insert(name, file) {
                 faults.push(format!("{folder}/{file}: {name} is a type of {folder}/{before} too"));
@@ -227,7 +235,7 @@ fn rooms_import_what_the_page_says() {
 
 #[test]
 fn no_two_files_import_each_other() {
-    for house in [command()] {
+    for house in [core(), command()] {
         let faults = [imports(&house).1, circles(&house)].concat();
         assert!(faults.is_empty(), "\n{}", faults.join("\n"));
     }
@@ -235,7 +243,7 @@ fn no_two_files_import_each_other() {
 
 #[test]
 fn a_type_has_a_name_of_its_own() {
-    for house in [command()] {
+    for house in [core(), command()] {
         let faults = doubles(&house);
         assert!(faults.is_empty(), "\n{}", faults.join("\n"));
     }

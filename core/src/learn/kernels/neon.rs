@@ -2,14 +2,14 @@
 //!
 //! `unsafe` lives here: vector instructions that the target has by definition.
 
-use super::{Rows, padded};
+use super::task::{RowTask, padded};
 use core::arch::aarch64::*;
 
 /// Columns of a packed panel.
 pub(super) const WIDTH: usize = wide128::WIDTH;
 
-/// See [`super::Float::fill_rows`].
-pub(super) fn fill_rows(mut task: Rows<f32>) {
+/// See [`super::float::Float::fill_rows`].
+pub(super) fn fill_rows(mut task: RowTask<f32>) {
     task.packed = &task.packed[..padded(task.columns, WIDTH) * task.depth];
     // SAFETY: this file is compiled where the target has NEON, and the packed panels are complete.
     unsafe { wide128::fill_rows(task) }

@@ -1,15 +1,16 @@
 //! The plain path: rows of C in array code, for every machine and both number types; the reference of the others.
 
-use super::{Float, Rows, SLAB, panel_of, steps};
+use super::number::Number;
+use super::task::{RowTask, SLAB, panel_of, steps};
 use crate::base::slices::Slices;
 
 /// Columns of a tile and of a packed panel.
 pub(super) const WIDTH: usize = 8;
 const HEIGHT: usize = 4;
 
-/// Adds A B to rows of C with `fused(a, b, c)` at each step; see [`Float::fill_rows`].
-pub(super) fn fill_rows<T: Float>(task: Rows<T>, fused: impl Fn(T, T, T) -> T + Copy) {
-    let Rows { rows, columns, depth, a, packed, begins_at_zero } = task;
+/// Adds A B to rows of C with `fused(a, b, c)` at each step; see [`super::float::Float::fill_rows`].
+pub(super) fn fill_rows<T: Number>(task: RowTask<T>, fused: impl Fn(T, T, T) -> T + Copy) {
+    let RowTask { rows, columns, depth, a, packed, begins_at_zero } = task;
     let Some(count) = rows.len().checked_div(columns) else { return };
     for slab in (0..depth).step_by(SLAB).map(|k| k..(k + SLAB).min(depth)) {
         for row in (0..count).step_by(HEIGHT) {

@@ -1,9 +1,11 @@
 //! Every path against a plain triple loop, bit for bit, on whole and ragged shapes.
 #![cfg(test)]
 
-use super::*;
+use super::path::Path;
+use super::product::*;
+use super::task::Matrix;
 use crate::base::random::unit_f32;
-use crate::base::workers::Serial;
+use crate::base::workers::{Serial, Workers};
 use std::{eprintln, thread, vec, vec::Vec};
 
 const SHAPES: [(usize, usize, usize); 12] = [

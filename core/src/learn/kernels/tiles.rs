@@ -5,7 +5,7 @@
 //! `core::arch` that it takes. `unsafe` lives here: instructions that the caller has found, and loads and stores through
 //! pointers whose bounds are those of slices taken just before.
 
-use super::PACKED_ROWS;
+use super::task::PACKED_ROWS;
 
 /// Rows of a tile: 6 x 2 sums, 2 loads and a broadcast fill AVX2's 16 registers; 6 x 4, 4 and 1 the 32 of AVX-512 and
 /// NEON.
@@ -18,14 +18,15 @@ macro_rules! tiles {
         mod $module {
             use super::*;
             use crate::base::slices::Slices;
-            use crate::learn::kernels::{PACKED_ROWS, Rows, SLAB, panel_of, steps, tiles::HEIGHT};
+            use crate::learn::kernels::task::{PACKED_ROWS, RowTask, SLAB, panel_of, steps};
+            use crate::learn::kernels::tiles::HEIGHT;
             use core::mem::MaybeUninit;
 
             pub const WIDTH: usize = $lanes * $vectors;
 
             /// SAFETY: the machine has the instructions and `packed` holds all panels of `depth` rows.
             #[target_feature(enable = $features)]
-            pub unsafe fn fill_rows(task: Rows<f32>) {
+            pub unsafe fn fill_rows(task: RowTask<f32>) {
                 // Rows of A that lie along the depth are read where they are; others are packed first.
                 // SAFETY: the caller's.
                 unsafe {
@@ -40,8 +41,8 @@ macro_rules! tiles {
             /// [`fill_rows`] with memory for `TILES` packed tiles of A; with 1 only a ragged last tile is packed.
             /// SAFETY: that of [`fill_rows`].
             #[target_feature(enable = $features)]
-            unsafe fn walk<const TILES: usize>(task: Rows<f32>) {
-                let Rows { rows, columns, depth, a, packed, begins_at_zero } = task;
+            unsafe fn walk<const TILES: usize>(task: RowTask<f32>) {
+                let RowTask { rows, columns, depth, a, packed, begins_at_zero } = task;
                 let Some(count) = rows.len().checked_div(columns) else { return };
                 // Clearing it would take a tenth of a small product's time.
                 let mut left = [[MaybeUninit::<[f32; HEIGHT]>::uninit(); SLAB]; TILES];

@@ -2,28 +2,17 @@
 //!
 //! `unsafe` lives here: instructions found at run time.
 
-use super::{Path, Rows, padded};
+use super::path::{Path, has};
+use super::task::{RowTask, padded};
 use core::arch::x86_64::*;
-
-/// Whether the machine and its system support the instructions of `path`.
-pub(super) fn has(path: Path) -> bool {
-    cpufeatures::new!(avx2, "avx2", "fma");
-    cpufeatures::new!(avx512, "avx512f");
-    match path {
-        Path::Plain => true,
-        Path::Avx2 => avx2::get(),
-        Path::Avx512 => avx512::get(),
-        _ => false,
-    }
-}
 
 /// Columns of a packed panel.
 pub(super) fn panel(path: Path) -> usize {
     if path == Path::Avx512 { wide512::WIDTH } else { wide256::WIDTH }
 }
 
-/// See [`super::Float::fill_rows`]. Does nothing where the machine lacks the instructions: `product` asks first.
-pub(super) fn fill_rows(path: Path, mut task: Rows<f32>) {
+/// See [`super::float::Float::fill_rows`]. Does nothing where the machine lacks the instructions: `product` asks first.
+pub(super) fn fill_rows(path: Path, mut task: RowTask<f32>) {
     task.packed = &task.packed[..padded(task.columns, panel(path)) * task.depth];
     match path {
         // SAFETY: the instructions are there, as just found, and the packed panels are complete.

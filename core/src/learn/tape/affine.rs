@@ -4,11 +4,15 @@
 //! all tangents are stacked as further rows, so that the layer is one product and its reverse is the layer's own.
 //! LeakyReLU's slope is read off its output, whose sign is that of its input.
 
-use super::{Operation, Replay, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::Var;
 use crate::base::scratch::{ScratchTooSmall, bytes_for};
 use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Workers, for_each_chunk};
-use crate::learn::kernels::{Finish, Float, Matrix, Shape, Start, product, slope_at};
+use crate::learn::kernels::float::Float;
+use crate::learn::kernels::product::{Finish, Shape, Start, product, slope_at};
+use crate::learn::kernels::task::Matrix;
 use core::num::NonZero;
 
 /// Values that a task of an elementwise pass takes: 64 KB of f32. 2^12 costs more to hand out than to do.
@@ -37,7 +41,7 @@ pub struct Affine {
     activation: Activation,
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<Affine>> Recording<O> {
     /// A layer; see [`Affine`].
     pub fn affine(&mut self, x: Var, w: Var, b: Option<Var>, activation: Activation) -> Var {
         debug_assert!(x.columns == w.columns && b.is_none_or(|b| b.count() == w.rows), "the layer's sizes agree");
@@ -58,7 +62,9 @@ impl Affine {
 }
 
 impl Operation for Affine {
-    const SETS_FRESH: bool = true;
+    fn sets_fresh(&self) -> bool {
+        true
+    }
 
     fn output(&self) -> Var {
         self.y

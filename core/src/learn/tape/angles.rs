@@ -2,10 +2,12 @@
 
 use super::cosine::dot;
 use super::means::sign;
-use super::{Operation, Replay, Table, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::{Table, Var};
 use crate::base::real::sqrt;
 use crate::base::scratch::ScratchTooSmall;
-use crate::learn::kernels::Float;
+use crate::learn::kernels::float::Float;
 
 /// Y (1, 1) = mean over the corners of all faces of |cosine in UV - the one in space|. `faces` names three rows of X a
 /// face, `target` (faces, 3) holds the cosines in space. A corner at a side without length has the cosine 0.
@@ -17,7 +19,7 @@ pub struct Angles {
     y: Var,
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<Angles>> Recording<O> {
     /// Mean difference of corner cosines; see [`Angles`].
     pub fn angles(&mut self, x: Var, faces: Table, target: Var) -> Var {
         debug_assert!(x.columns == 2 && faces.len == target.count() && target.columns == 3 && !target.has_gradient);

@@ -1,7 +1,10 @@
 //! One small graph an operation, with values at which it is smooth: the table of finite differences.
 #![cfg(test)]
 
-use super::*;
+use super::affine::Activation;
+use super::distortion::{self, REST};
+use super::ops::Tape;
+use super::var::{NONE, Table, Var};
 use std::boxed::Box;
 
 /// Writes inputs and tables of a case.

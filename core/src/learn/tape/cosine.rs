@@ -1,9 +1,11 @@
 //! 1 - the mean cosine between rows and given directions, each row's own or that of its nearest point.
 
-use super::{NONE, Operation, Replay, Table, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::{NONE, Table, Var};
 use crate::base::real::sqrt;
 use crate::base::scratch::ScratchTooSmall;
-use crate::learn::kernels::Float;
+use crate::learn::kernels::float::Float;
 
 /// Lengths are taken as this at the least, so that the zero vector has the cosine 0 and a finite gradient.
 const SHORTEST: f64 = 1e-8;
@@ -17,7 +19,7 @@ pub struct Cosine {
     y: Var,
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<Cosine>> Recording<O> {
     /// 1 - mean cosine of the rows of `a` with those of the input `b` that `map` names (the same row without it).
     pub fn cosine(&mut self, a: Var, b: Var, map: Option<Table>) -> Var {
         debug_assert!(a.columns == 3 && b.columns == 3 && !b.has_gradient, "vectors, and fixed ones beside them");

@@ -5,9 +5,12 @@
 #![cfg(test)]
 
 use super::case_tests::{Case, cases};
-use super::*;
+use super::operation::Replay;
+use super::ops::{OPERATIONS, Op};
 use crate::base::random::unit_f64;
+use crate::base::scratch::Scratch;
 use crate::base::workers::Serial;
+use crate::learn::kernels::path::Path;
 use std::{collections::BTreeSet, vec, vec::Vec};
 
 const STEP: f64 = 1e-6;

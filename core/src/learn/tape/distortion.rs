@@ -9,9 +9,11 @@
 //! [`BEND`] the factor 1/det^2 goes on along its tangent, so that folded faces, where the energy itself would keep them
 //! folded, are pushed back. It is 4 for an isometry; the penalty is what it exceeds that by.
 
-use super::{Operation, Replay, Table, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::{Table, Var};
 use crate::base::scratch::ScratchTooSmall;
-use crate::learn::kernels::Float;
+use crate::learn::kernels::float::Float;
 
 /// Determinant below which the barrier is its own tangent. 0.05 made steps of 1e-3 overshoot, 0.2 lets faces collapse.
 pub const BEND: f64 = 0.1;
@@ -48,7 +50,7 @@ pub struct Barrier {
     y: Var,
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<Scale> + From<Hinge> + From<Barrier>> Recording<O> {
     /// The scale of the map `x` (n, 2) over `faces` with their `rest` (faces, 5, an input; see [`rest_of`]).
     pub fn scale(&mut self, x: Var, faces: Table, rest: Var) -> Var {
         debug_assert!(x.columns == 2 && rest.columns == REST && faces.len == 3 * rest.rows && !rest.has_gradient);

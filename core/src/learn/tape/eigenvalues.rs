@@ -3,10 +3,12 @@
 //! With a = j1.j1, b = j1.j2, c = j2.j2 the difference is sqrt((a - c)^2 + 4 b^2); at zero no gradient flows.
 
 use super::cosine::dot;
-use super::{Operation, Replay, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::Var;
 use crate::base::real::sqrt;
 use crate::base::scratch::ScratchTooSmall;
-use crate::learn::kernels::Float;
+use crate::learn::kernels::float::Float;
 
 /// Y (1, 1) = mean |l1 - l2| over points. T (2n, 3) holds the first columns of all Jacobians, then the second.
 #[derive(Clone, Copy, Debug)]
@@ -15,7 +17,7 @@ pub struct Eigenvalues {
     y: Var,
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<Eigenvalues>> Recording<O> {
     /// Mean difference of the eigenvalues of J^T J; see [`Eigenvalues`].
     pub fn eigenvalues(&mut self, t: Var) -> Var {
         debug_assert!(t.columns == 3 && t.rows.is_multiple_of(2), "two tangent columns in space");

@@ -1,10 +1,12 @@
 //! Means: of absolute differences, and weighted by scores. Sums are kept in f64, in order.
 
-use super::{Operation, Replay, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::Var;
 use crate::base::scratch::ScratchTooSmall;
-use crate::learn::kernels::Float;
+use crate::learn::kernels::float::Float;
 
-/// Keeps the weighted mean finite where all scores vanish (DESIGN 5.1).
+/// Keeps the weighted mean finite where all scores vanish.
 const TINY: f64 = 1e-6;
 
 /// Y (1, 1) = mean of |A - B| over all elements; no gradient where they are equal.
@@ -23,7 +25,7 @@ pub struct WeightedMean {
     y: Var,
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<MeanAbs> + From<WeightedMean>> Recording<O> {
     /// Mean absolute difference of two values of one shape.
     pub fn mean_abs(&mut self, a: Var, b: Var) -> Var {
         debug_assert_eq!((a.rows, a.columns), (b.rows, b.columns), "values of one shape");

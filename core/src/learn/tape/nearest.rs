@@ -1,9 +1,11 @@
 //! How well two sets of points in space cover each other, by squared distances to the nearest.
 
-use super::{NONE, Operation, Replay, Table, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::{NONE, Table, Var};
 use crate::base::scratch::ScratchTooSmall;
 use crate::base::workers::{Workers, for_each_chunk};
-use crate::learn::kernels::Float;
+use crate::learn::kernels::float::Float;
 use crate::learn::near::{Tree, distance, tree_need};
 
 /// Queries of a task: about 0.1 ms.
@@ -21,7 +23,7 @@ pub struct Nearest {
     which: Table, // (1): 0 where the first mean is the larger
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<Nearest>> Recording<O> {
     /// The measure, and the table of each row's nearest point of the input `b`.
     pub fn nearest(&mut self, a: Var, b: Var) -> (Var, Table) {
         debug_assert!(

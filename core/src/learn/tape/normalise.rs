@@ -3,11 +3,13 @@
 //! Gradients flow through the two ends of the box along each axis and through the farthest row; the first of equals
 //! counts. Where all rows coincide (or one is not finite) the result is zero and no gradient flows.
 
-use super::{Operation, Replay, Table, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::{Table, Var};
 use crate::base::real::sqrt;
 use crate::base::scratch::ScratchTooSmall;
 use crate::base::slices::Slices;
-use crate::learn::kernels::Float;
+use crate::learn::kernels::float::Float;
 
 /// Y (n, 2) = norm(X).
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +19,7 @@ pub struct Normalise {
     ends: Table, // rows: lowest and highest of each column, then the farthest
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<Normalise>> Recording<O> {
     /// Rows of two columns moved to the centre and scaled into the unit disk.
     pub fn normalise(&mut self, x: Var) -> Var {
         debug_assert_eq!(x.columns, 2, "points of the plane");

@@ -1,16 +1,18 @@
 //! Repulsion: points of a map that lie closer to their nearest ones than a radius push these away.
 
-use super::{NONE, Operation, Replay, Table, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::{NONE, Table, Var};
 use crate::base::real::sqrt;
 use crate::base::scratch::ScratchTooSmall;
 use crate::base::slices::Slices;
 use crate::base::workers::for_each_chunk;
-use crate::learn::kernels::Float;
+use crate::learn::kernels::float::Float;
 use crate::learn::near::{Tree, tree_need};
 
 /// Nearest points that count.
 pub const NEIGHBOURS: usize = 8;
-/// Added to squared distances, so that coinciding points have a finite gradient (DESIGN 5.1).
+/// Added to squared distances, so that coinciding points have a finite gradient.
 const TINY: f64 = 1e-8;
 /// Queries of a task: about 0.1 ms.
 const CHUNK: usize = 64 * NEIGHBOURS;
@@ -25,7 +27,7 @@ pub struct Repel {
     radius: f64,
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<Repel>> Recording<O> {
     /// Hinge repulsion of the rows of `x` within `radius`.
     pub fn repel(&mut self, x: Var, radius: f64) -> Var {
         debug_assert!(x.columns == 2, "points of the plane");

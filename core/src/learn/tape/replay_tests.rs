@@ -1,8 +1,13 @@
 //! Replays: pruned branches, groups, repeated use of a value, exact small values, memory that is too small.
 #![cfg(test)]
 
-use super::*;
+use super::distortion;
+use super::operation::Replay;
+use super::ops::Tape;
+use super::var::Var;
+use crate::base::scratch::Scratch;
 use crate::base::workers::Serial;
+use crate::learn::kernels::path::Path;
 use std::{vec, vec::Vec};
 
 struct Memory {

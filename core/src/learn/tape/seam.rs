@@ -1,13 +1,15 @@
-//! Seam scores: how far a vertex's neighbours fly apart in UV (DESIGN 5.4).
+//! Seam scores: how far a vertex's neighbours fly apart in UV.
 //!
 //! The reach of a vertex is the smooth maximum of its distances to its neighbours in UV, shifted by the largest before
 //! exponentials; a sigmoid about a tenth of the map's extent makes it a score.
 
 use super::normalise::ends_of;
-use super::{NONE, Operation, Replay, Table, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::{NONE, Table, Var};
 use crate::base::real::{exp, ln, sqrt};
 use crate::base::scratch::ScratchTooSmall;
-use crate::learn::kernels::Float;
+use crate::learn::kernels::float::Float;
 
 /// Neighbours of a vertex at the most.
 pub const NEIGHBOURS: usize = 5;
@@ -35,7 +37,7 @@ pub struct Seam {
     y: Var,
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<Reach> + From<Seam>> Recording<O> {
     /// Reach of the first `ring` rows of `x`; see [`Reach`].
     pub fn reach(&mut self, x: Var, ring: Table) -> Var {
         debug_assert!(x.columns == 2 && ring.len.is_multiple_of(NEIGHBOURS) && ring.len / NEIGHBOURS <= x.rows);

@@ -1,9 +1,11 @@
 //! Operations that move values: concatenation of columns, sums, and blocks of rows and columns.
 
-use super::{Operation, Replay, Tape, Var};
+use super::operation::{Operation, Replay};
+use super::recording::Recording;
+use super::var::Var;
 use crate::base::scratch::ScratchTooSmall;
 use crate::base::slices::Slices;
-use crate::learn::kernels::Float;
+use crate::learn::kernels::float::Float;
 
 /// Y = [A; B]: the columns of A, then those of B.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +32,7 @@ pub struct Slice {
     column: usize,
 }
 
-impl Tape {
+impl<O: Operation + Copy + From<Concat> + From<Add> + From<Slice>> Recording<O> {
     /// The columns of `a`, then those of `b`; rows must agree.
     pub fn concat(&mut self, a: Var, b: Var) -> Var {
         debug_assert_eq!(a.rows, b.rows, "rows to put side by side");

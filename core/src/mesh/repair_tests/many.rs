@@ -1,9 +1,16 @@
 //! `repair` on meshes by the thousand: random polygons, shuffled faces, files of real meshes.
 
-use super::*;
+use super::soup::{Soup, assert_promises, noise, surface};
+use crate::base::random;
+use crate::base::real;
+use crate::base::scratch::Scratch;
+use crate::mesh::repair::{Facing, RepairError, repair, repair_need};
+use core::f64::consts::TAU;
+use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::string::String;
-use std::{eprintln, format, fs};
+use std::vec::Vec;
+use std::{assert, assert_eq, eprintln, format, fs, vec};
 
 #[test]
 fn one_byte_less_is_refused_and_the_stated_need_is_enough_at_any_alignment() {
@@ -19,24 +26,6 @@ fn one_byte_less_is_refused_and_the_stated_need_is_enough_at_any_alignment() {
         assert!(matches!(repair(&soup.view(), Facing::Turned, &mut scratch), Err(RepairError::Scratch(_))));
         assert_eq!(scratch.remaining(), need - 1);
     }
-}
-
-/// Random polygons over few vertices at few places: nearly every edge is crowded.
-pub(super) fn noise(seed: u64, vertices: u64, polygons: u64) -> Soup {
-    let draw = |stream, index, below| random::hash(seed, stream, index) % below;
-    let mut soup = Soup::default();
-    for v in 0..vertices {
-        let at = |axis| draw(axis, v, 5) as f64 + if draw(9, v, 3) == 0 { 0.25 } else { 0.0 };
-        soup.positions.push(DVec3::new(at(0), at(1), at(2)));
-    }
-    soup.push(&[0, 1, 2]);
-    for p in 0..polygons {
-        let n = [3, 3, 4, 4, 5, 7, 9][draw(3, p, 7) as usize];
-        let near = draw(4, p, vertices);
-        let corners: Vec<_> = (0..n).map(|i| ((near + draw(5, p * 16 + i, 6)) % vertices) as u32).collect();
-        soup.push(&corners);
-    }
-    soup
 }
 
 #[test]
@@ -129,7 +118,7 @@ fn every_shared_mesh_becomes_manifold() {
         let time = start.elapsed();
         match result {
             Ok((working, summary)) => {
-                eprintln!("{name} {time:?} {per_face} B/face {}", format!("{summary:?}").replace("Summary ", ""));
+                eprintln!("{name} {time:?} {per_face} B/face {}", format!("{summary:?}").replace("RepairSummary ", ""));
                 assert_promises(&soup, &working, &summary);
             }
             Err(e) => {

@@ -6,7 +6,7 @@
 //! for sparse factorization*, ACM TOMS 12).
 //! Which fronts are in boughs depends on the tree alone, never on the number of threads.
 
-use super::dissection::Front;
+use super::front::Front;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 
 /// Nodes of a bough at the most. With 4000 the command takes 187 MB for a mesh of 100,000 faces, with 1000 168 MB.
@@ -21,7 +21,7 @@ pub(super) const LANES: usize = 16;
 
 /// What a factorisation needs to know beside the fronts.
 #[derive(Clone, Copy)]
-pub(super) struct Plan<'a> {
+pub(super) struct BoughPlan<'a> {
     /// Root of each bough, ascending.
     pub roots: &'a [u32],
     /// Whether the columns of boughs are kept.
@@ -35,7 +35,7 @@ pub(super) struct Plan<'a> {
     pub update_len: usize,
 }
 
-impl Plan<'_> {
+impl BoughPlan<'_> {
     /// Boughs of a system of `nodes` that can be eliminated at the same time in `free` bytes, at least one: this changes no result.
     pub fn lanes(&self, nodes: usize, free: usize) -> usize {
         let Demand { front, stack, columns } = self.bough;
@@ -68,7 +68,7 @@ impl Demand {
 }
 
 /// Finds the boughs, completes the fronts (`leftmost`, `factor`), and counts memory.
-pub(super) fn plan<'a>(fronts: &mut [Front], keep: &mut Scratch<'a>) -> Result<Plan<'a>, ScratchTooSmall> {
+pub(super) fn plan<'a>(fronts: &mut [Front], keep: &mut Scratch<'a>) -> Result<BoughPlan<'a>, ScratchTooSmall> {
     let mut open = heapless::Vec::<u32, 128>::new(); // fronts without a parent yet
     for f in 0..fronts.len() {
         let mut leftmost = f as u32;
@@ -104,7 +104,7 @@ pub(super) fn plan<'a>(fronts: &mut [Front], keep: &mut Scratch<'a>) -> Result<P
         count -= 1;
         roots[count] = root as u32;
     });
-    let mut plan = Plan {
+    let mut plan = BoughPlan {
         roots,
         kept,
         factor_len: 0,
@@ -113,10 +113,10 @@ pub(super) fn plan<'a>(fronts: &mut [Front], keep: &mut Scratch<'a>) -> Result<P
         update_len: roots.iter().map(|r| fronts[*r as usize].update_len()).max().unwrap_or(0),
     };
     let (mut f, mut next) = (0, 0);
-    let mut above = Stack::default();
+    let mut above = UpdateStack::default();
     while f < fronts.len() {
         if let Some(root) = roots.get(next).map(|r| *r as usize).filter(|r| fronts[*r].leftmost as usize == f) {
-            let mut inside = Stack::default();
+            let mut inside = UpdateStack::default();
             let mut demand = Demand::default();
             for front in &mut fronts[f..=root] {
                 front.factor = (if kept { plan.factor_len } else { 0 } + demand.columns) as u64;
@@ -144,13 +144,13 @@ pub(super) fn plan<'a>(fronts: &mut [Front], keep: &mut Scratch<'a>) -> Result<P
 
 /// Sizes on a stack of updates: those of finished fronts whose parent is still to come.
 #[derive(Default)]
-struct Stack {
+struct UpdateStack {
     waiting: heapless::Vec<usize, 128>,
     now: usize,
     most: usize,
 }
 
-impl Stack {
+impl UpdateStack {
     fn step(&mut self, children: u32, update: usize) {
         for _ in 0..children {
             self.now -= self.waiting.pop().unwrap_or(0);

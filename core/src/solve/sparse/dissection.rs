@@ -3,11 +3,11 @@
 //! Ranges are halved by coordinates; where that separator is wide (charts in layers), one is looked for along the graph.
 //! Depends on the graph alone, so it is found once for many factorisations. O(n log n).
 
-use super::boughs::{Plan, plan};
+use super::boughs::{BoughPlan, plan};
+use super::front::Front;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::base::sort;
-use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 /// Ranges of at most this many nodes are eliminated as one front. 8: 12 % slower (fronts too small), 48: 9 % slower
@@ -16,49 +16,6 @@ const LEAF: usize = 20;
 /// A separator of more than sqrt(WIDE n) nodes is looked for anew along the graph. Charts as they occur have 1 to 2.
 const WIDE: usize = 6;
 
-/// One front: `count` nodes are eliminated, `border_len` later nodes are updated.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(super) struct Front {
-    /// First value of its columns in the factor, or in that of its bough where those are not kept.
-    pub(super) factor: u64,
-    pub(super) first: u32, // first position in elimination order
-    pub(super) count: u32,
-    pub(super) border: u32, // first entry in the list of border positions
-    pub(super) border_len: u32,
-    pub(super) children: u32,
-    pub(super) leftmost: u32, // first front of the subtree that this one is the root of
-}
-
-impl Front {
-    /// Unknowns of the front.
-    pub(super) fn size(&self) -> usize {
-        2 * (self.count + self.border_len) as usize
-    }
-
-    /// Unknowns that it eliminates.
-    pub(super) fn own(&self) -> usize {
-        2 * self.count as usize
-    }
-
-    /// Values of its columns, each from the diagonal down.
-    pub(super) fn column_len(&self) -> usize {
-        let (m, own) = (self.size(), self.own());
-        own * m - own * own.saturating_sub(1) / 2
-    }
-
-    /// Values of its update: the lower triangle by columns, and the right-hand side.
-    pub(super) fn update_len(&self) -> usize {
-        let side = 2 * self.border_len as usize;
-        side * (side + 3) / 2
-    }
-
-    /// Places of its border in the list of all.
-    pub(super) fn border_range(&self) -> core::ops::Range<usize> {
-        self.border as usize..(self.border + self.border_len) as usize
-    }
-}
-
 /// Elimination order, fronts and their borders: what depends on the graph alone.
 pub struct Symbolic<'a> {
     pub(super) order: &'a [u32],    // (n) node at each position
@@ -66,12 +23,12 @@ pub struct Symbolic<'a> {
     front_of: &'a [u32],            // (n) front that eliminates each position
     pub(super) fronts: &'a [Front], // in elimination order, children before parents
     pub(super) border: &'a [u32],   // positions
-    pub(super) plan: Plan<'a>,
+    pub(super) plan: BoughPlan<'a>,
 }
 
 /// A range of the order that still has to be split, or a separator whose sides are done.
 #[derive(Clone, Copy)]
-enum Task {
+enum DissectionTask {
     Split { first: usize, last: usize },
     Emit { first: usize, last: usize, children: u32 },
 }
@@ -149,21 +106,21 @@ fn dissect(
     let spare = scratch.take::<u32>(n)?;
     let mut stamp = 2;
     let mut count = 0;
-    let mut tasks = heapless::Vec::<Task, 256>::new();
-    tasks.push(Task::Split { first: 0, last: n }).ok();
+    let mut tasks = heapless::Vec::<DissectionTask, 256>::new();
+    tasks.push(DissectionTask::Split { first: 0, last: n }).ok();
     while let Some(task) = tasks.pop() {
         match task {
-            Task::Emit { first, last, children } => {
+            DissectionTask::Emit { first, last, children } => {
                 fronts[count] =
                     Front { first: first as u32, count: (last - first) as u32, children, ..Front::default() };
                 count += 1;
             }
-            Task::Split { first, last } if first == last => {}
-            Task::Split { first, last } => {
+            DissectionTask::Split { first, last } if first == last => {}
+            DissectionTask::Split { first, last } => {
                 // Each level uses two entries more; a median split halves the range, so depth is at most log2(n) + 1.
                 let small = last - first <= LEAF || tasks.capacity() - tasks.len() < 3;
                 if small {
-                    tasks.push(Task::Emit { first, last, children: 0 }).ok();
+                    tasks.push(DissectionTask::Emit { first, last, children: 0 }).ok();
                     continue;
                 }
                 let range = &mut order[first..last];
@@ -213,9 +170,9 @@ fn dissect(
                 range.copy_from(spare);
                 let (m, e) = (first + a_len, first + a_len + b_len);
                 let children = u32::from(a_len > 0) + u32::from(b_len > 0);
-                tasks.push(Task::Emit { first: e, last, children }).ok();
-                tasks.push(Task::Split { first: m, last: e }).ok();
-                tasks.push(Task::Split { first, last: m }).ok();
+                tasks.push(DissectionTask::Emit { first: e, last, children }).ok();
+                tasks.push(DissectionTask::Split { first: m, last: e }).ok();
+                tasks.push(DissectionTask::Split { first, last: m }).ok();
             }
         }
     }

@@ -3,15 +3,12 @@
 //! - `dissection`: the order of elimination, from the graph alone
 //! - `boughs`: which parts of it are worked on side by side, and what is kept of them
 //! - `multifrontal`: factor and solution along the tree
-//! - `front`: one front: assembly, elimination, and the way back
+//! - `front_matrix`: one `front`: assembly, elimination, and the way back
 //! - `dense`: the one dense kernel below
 
 mod boughs;
 mod dense;
-mod dissection;
+pub mod dissection;
 mod front;
-mod multifrontal;
-
-pub use dissection::Symbolic;
-pub use front::FrontMatrix;
-pub use multifrontal::Factor;
+pub mod front_matrix;
+pub mod multifrontal;

@@ -8,7 +8,7 @@
 
 use super::boughs::LANES;
 use super::dissection::Symbolic;
-use super::front::{Add, Bench, Unknowns, Updates};
+use super::front_matrix::{AddElements, Bench, Unknowns, Updates};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Serial, Workers, for_each_chunk};
@@ -20,7 +20,7 @@ pub struct Factor<'a> {
 }
 
 /// One bough at work.
-struct Job<'j> {
+struct BoughJob<'j> {
     root: usize,
     y: &'j mut [f64],         // its unknowns, by position
     far: &'j [f64],           // the unknowns of its border
@@ -43,7 +43,7 @@ impl<'a> Factor<'a> {
         &mut self,
         x: &mut [DVec2],
         symbolic: &Symbolic,
-        add: Add,
+        add: AddElements,
         mut scratch: Scratch,
         workers: &dyn Workers,
     ) -> Result<f64, ScratchTooSmall> {
@@ -63,7 +63,7 @@ impl<'a> Factor<'a> {
         &mut self,
         y: &mut [f64],
         symbolic: &Symbolic,
-        add: Add,
+        add: AddElements,
         mut scratch: Scratch,
         workers: &dyn Workers,
     ) -> Result<(), ScratchTooSmall> {
@@ -113,16 +113,16 @@ impl<'a> Factor<'a> {
         y: &mut [f64],
         boughs: core::ops::Range<usize>,
         symbolic: &Symbolic,
-        add: Add,
+        add: AddElements,
         mut scratch: Scratch,
         workers: &dyn Workers,
     ) -> Result<(), ScratchTooSmall> {
         let plan = &symbolic.plan;
-        let mut jobs = heapless::Vec::<Job, LANES>::new();
+        let mut jobs = heapless::Vec::<BoughJob, LANES>::new();
         let (mut y, mut columns) = (Cursor::new(y), Cursor::new(&mut *self.values));
         let mut slots = Cursor::new(slots);
         for (slot, root) in plan.roots[boughs].iter().map(|r| *r as usize).enumerate() {
-            let job = Job {
+            let job = BoughJob {
                 root,
                 y: y.take(symbolic.positions_of(root), 2),
                 far: &[],
@@ -150,7 +150,7 @@ impl<'a> Factor<'a> {
         &mut self,
         y: &mut [f64],
         symbolic: &Symbolic,
-        add: Add,
+        add: AddElements,
         mut scratch: Scratch,
         workers: &dyn Workers,
     ) -> Result<(), ScratchTooSmall> {
@@ -173,7 +173,7 @@ impl<'a> Factor<'a> {
             let boughs = done..(done + lanes).min(plan.roots.len());
             done = boughs.end;
             let mut frame = scratch.frame();
-            let mut jobs = heapless::Vec::<Job, LANES>::new();
+            let mut jobs = heapless::Vec::<BoughJob, LANES>::new();
             let mut far = heapless::Vec::<&[f64], LANES>::new();
             for root in &plan.roots[boughs.clone()] {
                 let border = &symbolic.border[symbolic.fronts[*root as usize].border_range()];
@@ -185,7 +185,7 @@ impl<'a> Factor<'a> {
             }
             let (mut y, mut columns) = (Cursor::new(&mut *y), Cursor::new(&mut *self.values));
             for (root, far) in plan.roots[boughs].iter().map(|r| *r as usize).zip(&far) {
-                let mut job = Job {
+                let mut job = BoughJob {
                     root,
                     y: y.take(symbolic.positions_of(root), 2),
                     far,
@@ -213,9 +213,9 @@ impl<'a> Factor<'a> {
     }
 }
 
-impl Job<'_> {
+impl BoughJob<'_> {
     /// Eliminates the bough's fronts, if it has the memory for that; `y` becomes L^-1 b where `solve` says so.
-    fn eliminate(&mut self, solve: bool, symbolic: &Symbolic, add: Add) {
+    fn eliminate(&mut self, solve: bool, symbolic: &Symbolic, add: AddElements) {
         let (Some(bench), Some(updates)) = (&mut self.bench, &mut self.updates) else { return };
         let leftmost = symbolic.fronts[self.root].leftmost as usize;
         let first = &symbolic.fronts[leftmost];
@@ -273,7 +273,7 @@ impl<'c, T> Cursor<'c, T> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::front::FrontMatrix;
+    use super::super::front_matrix::FrontMatrix;
     use super::*;
     use crate::base::random::unit_f64;
     use crate::base::workers::tests::Backwards;

@@ -7,7 +7,9 @@
 
 use seamwright_core::base::random::unit_f32;
 use seamwright_core::base::workers::Serial;
-use seamwright_core::learn::kernels::{Finish, Matrix, Path, Shape, Start, product};
+use seamwright_core::learn::kernels::path::Path;
+use seamwright_core::learn::kernels::product::{Finish, Shape, Start, product};
+use seamwright_core::learn::kernels::task::Matrix;
 
 #[repr(C)]
 struct Time {

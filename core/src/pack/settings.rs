@@ -1,0 +1,41 @@
+//! What can be asked of packing, and what it reached.
+
+/// How charts are placed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// Equal texel density, free rotation, shapes in one another's gaps.
+    #[default]
+    Tight,
+    /// One cell of a square grid a chart, each chart scaled to its cell.
+    Grid,
+}
+
+/// What the caller can ask for.
+#[derive(Clone, Copy, Debug)]
+pub struct PackSettings {
+    /// Texture side in texels, at least 1.
+    pub size: u32,
+    /// Empty texels between two charts. In `Grid`, on each side of a cell.
+    pub padding: u32,
+    /// Placement.
+    pub mode: Mode,
+    /// Seed of the search.
+    pub seed: u64,
+    /// Search work; 1 is the default, 0 only the fill.
+    pub effort: f64,
+}
+
+impl Default for PackSettings {
+    fn default() -> Self {
+        Self { size: 1024, padding: 2, mode: Mode::Tight, seed: 0, effort: 1.0 }
+    }
+}
+
+/// What was reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PackSummary {
+    /// Share of the unit square that charts cover, by area.
+    pub utilisation: f64,
+    /// Padding that holds, in texels: the one asked for, unless that many charts could not be kept so far apart.
+    pub padding: f64,
+}

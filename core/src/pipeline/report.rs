@@ -1,0 +1,108 @@
+//! What a run has done, why there may be no atlas, and how the caller hears of the way.
+
+use crate::base::progress::{Progress, Stage};
+use crate::base::scratch::ScratchTooSmall;
+use crate::mesh::repair::{RepairError, RepairSummary};
+use crate::search::seams::SeamError;
+
+/// What was done.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Report {
+    /// Charts in the atlas.
+    pub chart_count: usize,
+    /// Mean symmetric Dirichlet energy over 4, after the best global scale.
+    pub distortion: f64,
+    /// Share of the unit square that charts cover.
+    pub utilisation: f64,
+    /// Faces that are not counter-clockwise on the grid; 0 unless they have no area to speak of.
+    pub flipped: usize,
+    /// Faces that overlap another on the grid: 0, or there is no atlas but one of [`super::unwrap::Method::Neural`].
+    pub overlapping: usize,
+    /// Edges that are cut though a weight forbids them: without, a piece could not be laid flat.
+    pub forbidden_cuts: usize,
+    /// What was repaired.
+    pub repaired: RepairSummary,
+}
+
+/// Why there is no atlas. Outputs are unspecified.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum UnwrapError {
+    /// More memory is needed.
+    Scratch(ScratchTooSmall),
+    /// The progress callback asked to stop.
+    Cancelled,
+    /// No polygon has three different corners.
+    NoTriangle,
+    /// A coordinate of this vertex is NaN or infinite.
+    NotFinite {
+        /// Input vertex.
+        vertex: usize,
+    },
+    /// A corner names a vertex that is not there.
+    BadIndex {
+        /// Input corner.
+        corner: usize,
+    },
+    /// An output, or a list of learned maps, has not one entry for each that is written to it.
+    BadLength {
+        /// Entries that would fit.
+        expected: usize,
+        /// Entries that were there.
+        given: usize,
+    },
+    /// The hierarchy that the caller built does not hold every face once.
+    BadTree,
+    /// Splitting and packing again and again left faces that overlap: there is no valid atlas to hand over.
+    Overlap {
+        /// Faces that overlap another.
+        faces: usize,
+    },
+}
+
+impl From<SeamError> for UnwrapError {
+    fn from(e: SeamError) -> Self {
+        match e {
+            SeamError::Scratch(e) => UnwrapError::Scratch(e),
+            SeamError::Stopped => UnwrapError::Cancelled,
+        }
+    }
+}
+
+impl From<RepairError> for UnwrapError {
+    fn from(e: RepairError) -> Self {
+        match e {
+            RepairError::Scratch(e) => UnwrapError::Scratch(e),
+            RepairError::NotFinite { vertex } => UnwrapError::NotFinite { vertex },
+            RepairError::BadIndex { corner } => UnwrapError::BadIndex { corner },
+            RepairError::NoTriangle => UnwrapError::NoTriangle,
+        }
+    }
+}
+
+impl From<ScratchTooSmall> for UnwrapError {
+    fn from(e: ScratchTooSmall) -> Self {
+        UnwrapError::Scratch(e)
+    }
+}
+
+impl core::fmt::Display for UnwrapError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            UnwrapError::Scratch(e) => e.fmt(f),
+            UnwrapError::Cancelled => write!(f, "stopped on request"),
+            UnwrapError::NoTriangle => write!(f, "the mesh holds no triangle with three different corners"),
+            UnwrapError::NotFinite { vertex } => write!(f, "vertex {vertex} has a coordinate that is not a number"),
+            UnwrapError::BadIndex { corner } => write!(f, "corner {corner} names a vertex that does not exist"),
+            UnwrapError::Overlap { faces } => write!(f, "{faces} faces of the atlas still overlap after all attempts"),
+            UnwrapError::BadLength { expected, given } => write!(f, "{expected} entries expected, {given} given"),
+            UnwrapError::BadTree => write!(f, "the ray hierarchy that was handed in is damaged"),
+        }
+    }
+}
+
+impl core::error::Error for UnwrapError {}
+
+/// Tells the caller how far a stage is, who may stop the run.
+pub(super) fn report(progress: &mut dyn Progress, stage: Stage, done: usize, total: usize) -> Result<(), UnwrapError> {
+    if progress.report(stage, done, total).is_break() { Err(UnwrapError::Cancelled) } else { Ok(()) }
+}

@@ -1,0 +1,162 @@
+//! From polygons to a UV atlas: the one place that joins the stages.
+
+use super::exposure::{expose, share_exposure};
+use super::input::{Input, Output, fits};
+use super::learned::{hybrid, neural};
+use super::learning::{LearnScene, Learning};
+use super::pieces::unwrap_pieces;
+use super::place::place;
+use super::report::{Report, UnwrapError, report};
+use super::settings::{Charts, Settings};
+use crate::base::progress::{Progress, Stage};
+use crate::base::scratch::{Scratch, bytes_for};
+use crate::base::workers::Workers;
+use crate::charts::pieces::{Pieces, pieces_need};
+use crate::finish::fill::{fill_dropped, fill_dropped_need};
+use crate::mesh::frame::to_own_frame;
+use crate::mesh::polygons::Counts;
+use crate::mesh::repair::{Facing, repair, repair_need};
+use crate::mesh::view::NONE;
+use crate::mesh::working::FORCED;
+use crate::pack::layout::pack_need;
+use crate::plane::overlap::overlaps_need;
+use crate::price::cost::{FORBIDDEN, Rates, prices, prices_need};
+use crate::price::given::{HardEdges, OnMesh};
+use crate::rays::bvh::BuildBvh;
+use crate::rays::cast::Scene;
+use crate::rays::exposure::exposure_need;
+use crate::search::seams::{Budget, make_charts_need};
+use glam::{DVec2, DVec3};
+
+/// What makes the map.
+pub enum Method<'m, 'a> {
+    /// Cuts by exposure and distortion, then flattening; no training.
+    Exact,
+    /// Trained maps, cut where they tear. They may overlap: the report counts it.
+    Neural(&'m mut Learning<'a>),
+    /// Trained maps say where the exact stages cut.
+    Hybrid(&'m mut Learning<'a>),
+}
+
+/// Scratch bytes that [`unwrap`] asks for: an estimate from above for meshes as they occur. Some mesh may need more (more
+/// charts than are foreseen, say): [`unwrap`] then stops with [`UnwrapError::Scratch`], whose figures are those of the
+/// slice that was missing, not of the whole. A caller that can find more memory tries again with twice as much, which
+/// changes no bit of the result. The same figures again, or a `need` of `usize::MAX`, say that no memory would do.
+pub fn unwrap_need(input: &Input, settings: &Settings, bvh: &dyn BuildBvh) -> usize {
+    need_for(&input.polygons().counts(), settings, bvh)
+}
+
+/// [`unwrap_need`] of a mesh that is not there yet.
+pub fn need_for(counts: &Counts, settings: &Settings, bvh: &dyn BuildBvh) -> usize {
+    let triangles = counts.triangles;
+    let vertices = (counts.vertices.max(triangles) + 64).min(3 * triangles);
+    let prices = prices_need(triangles);
+    let rays = 3 * bytes_for::<DVec3>(vertices) + Scene::need(triangles, bvh) + exposure_need(settings.rays as usize);
+    let pieces = pieces_need(triangles) + make_charts_need(triangles, vertices) + 64 * triangles;
+    let packing = pack_need(triangles, triangles.min(CHARTS_FORESEEN), &settings.pack()) + overlaps_need(triangles);
+    let atlas = pieces_need(triangles) + 17 * 3 * triangles + 4096 + pieces.max(packing + 60 * 3 * triangles);
+    repair_need(counts)
+        .saturating_add(bytes_for::<DVec3>(vertices) + bytes_for::<f64>(3 * triangles) + bytes_for::<f32>(vertices))
+        .saturating_add(rays.max(prices).max(atlas).max(fill_dropped_need(counts)))
+}
+
+/// Charts for which [`unwrap_need`] holds packing memory.
+const CHARTS_FORESEEN: usize = 4096;
+
+/// Makes the atlas with the exact method.
+pub fn unwrap(
+    output: Output,
+    input: &Input,
+    settings: &Settings,
+    bvh: &dyn BuildBvh,
+    scratch: Scratch,
+    workers: &dyn Workers,
+    progress: &mut dyn Progress,
+) -> Result<Report, UnwrapError> {
+    unwrap_by(Method::Exact, output, input, settings, bvh, scratch, workers, progress)
+}
+
+/// Makes the atlas by `method`; those that learn take [`super::learned::learned_need`] more bytes.
+#[allow(clippy::too_many_arguments)]
+pub fn unwrap_by(
+    method: Method,
+    output: Output,
+    input: &Input,
+    settings: &Settings,
+    bvh: &dyn BuildBvh,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    progress: &mut dyn Progress,
+) -> Result<Report, UnwrapError> {
+    fits(input.corners.len(), output.corner_uv.len())?;
+    fits(input.polygon_start.len().saturating_sub(1), output.polygon_chart.len())?;
+    fits(input.positions.len(), output.exposure.len())?;
+    if let Method::Neural(learning) | Method::Hybrid(learning) = &method {
+        learning.check()?;
+    }
+    scratch.require(unwrap_need(input, settings, bvh))?;
+    let polygons = input.polygons();
+    report(progress, Stage::Repair, 0, 1)?;
+    let (mut working, repaired) = repair(&polygons, Facing::AsGiven, &mut scratch)?;
+    let own = scratch.take::<DVec3>(working.positions.len())?;
+    let placed = to_own_frame(own, working.positions);
+    working.positions = own;
+    report(progress, Stage::Repair, 1, 1)?;
+    let cost = scratch.take::<f64>(3 * working.faces.len())?;
+    let open = scratch.take::<f32>(working.positions.len())?;
+    expose(open, &working, settings, bvh, scratch.frame(), workers, progress)?;
+    share_exposure(output.exposure, open, &working);
+    let is_blind = matches!(&method, Method::Neural(l) if l.is_blind());
+    let given = OnMesh::new(input.edges, &polygons, &working);
+    let seen = if is_blind { None } else { Some(&*open) };
+    let Settings { hard_edges, prefer, .. } = *settings;
+    let rates = Rates { hard_edges, prefer, tolerance: input.tolerance / working.extent * placed.scale() };
+    prices(cost, &working, &given, rates, seen, scratch.frame())?;
+    let mut done = Report { repaired, ..Report::default() };
+    let mut frame = scratch.frame();
+    let forced = frame.take::<u8>(working.twin.len())?;
+    let requires = settings.hard_edges == HardEdges::Require;
+    let part = |face: u32| input.parts.map(|p| p.get(working.polygon[face as usize] as usize).copied().unwrap_or(NONE));
+    for (h, (out, mark)) in forced.iter_mut().zip(working.fixed).enumerate() {
+        let twin = working.twin[h];
+        let wanted = || given.is_cut(h as u32) || requires && given.broken(h as u32) > 0.0;
+        *out = u8::from(*mark == FORCED || twin != NONE && (part(h as u32 / 3) != part(twin / 3) || wanted()));
+    }
+    let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
+    let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
+    let cut = frame.take::<u8>(working.twin.len())?;
+    let whole = settings.charts == Charts::One;
+    let budget = Budget { distortion: settings.distortion, bulky: whole || input.parts.is_some(), whole };
+    let total = pieces.count();
+    let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
+    let place_of = |p: DVec3| placed.place((p - working.centre) / working.extent);
+    let input_of = |p: DVec3| placed.back(p) * working.extent + working.centre;
+    let scene = LearnScene { pieces: &pieces, open: &open, place_of: &place_of, input_of: &input_of, budget, workers };
+    let mends = !matches!(method, Method::Neural(_));
+    match method {
+        Method::Exact => unwrap_pieces(uv, cut, &pieces, budget, frame.frame(), workers, &mut |p| {
+            progress.report(Stage::Seams, p, total).is_continue()
+        })?,
+        Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
+        Method::Hybrid(learning) => hybrid(uv, cut, &scene, learning, frame.frame(), progress)?,
+    }
+    done.forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
+    report(progress, Stage::Seams, total, total)?;
+    place(
+        output.corner_uv,
+        output.polygon_chart,
+        uv,
+        cut,
+        &pieces,
+        &working,
+        input.parts,
+        settings,
+        mends,
+        &mut done,
+        frame,
+        workers,
+        progress,
+    )?;
+    fill_dropped(output.corner_uv, &polygons, &working, scratch)?;
+    Ok(done)
+}
