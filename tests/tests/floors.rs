@@ -13,6 +13,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const MAX_LINES: usize = 500;
+/// Lines of a function of core at the most.
+const LONGEST: usize = 80;
 /// What core may import from outside.
 const CORE_CRATES: &[&str] = &["core", "libm", "glam", "heapless", "bytemuck", "cpufeatures"];
 /// What core's own tests may import as well.
@@ -191,6 +193,39 @@ fn no_file_cites_a_page_that_is_not_here() {
         lost_pages("see docs/RESULTS.md, docs/LOST.md (DESIGN 4.10) and SSE 4.2"),
         ["docs/LOST.md", "(DESIGN 4.10)"]
     );
+}
+
+/// Functions of more than [`LONGEST`] lines, with their lengths. A function ends with a brace below its beginning.
+fn long_functions(text: &str) -> Vec<(String, usize)> {
+    let lines: Vec<&str> = text.lines().collect();
+    let mut long = Vec::new();
+    for (i, line) in lines.iter().enumerate() {
+        let bare = line.trim_start();
+        let named = bare.split_once("fn ").filter(|(before, _)| before.split(' ').all(|word| word.len() < 12));
+        let Some((before, rest)) = named.filter(|(before, _)| !before.contains(['/', '"', '(', '='])) else { continue };
+        let end = format!("{}}}", &line[..line.len() - bare.len()]);
+        let length = lines[i..].iter().position(|line| *line == end).map_or(0, |n| n + 1);
+        if length > LONGEST {
+            let name = rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or("");
+            long.push((format!("{before}{name}"), length));
+        }
+    }
+    long
+}
+
+#[test]
+fn functions_of_core_are_outlines_of_named_steps() {
+    let mut faults = Vec::new();
+    for (file, text) in sources("core/src").iter().filter(|(file, _)| !file.contains("_tests")) {
+        for (name, lines) in long_functions(text) {
+            faults.push(format!("core/src/{file}: {name} has {lines} lines, {LONGEST} at most"));
+        }
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+    let text =
+        |lines| format!("impl X {{\n    pub const fn f(\n{}    ) {{\n    }}\n}}\n", "        x: u8,\n".repeat(lines));
+    assert_eq!(long_functions(&text(LONGEST - 2)), [("pub const f".to_string(), LONGEST + 1)]);
+    assert_eq!(long_functions(&text(LONGEST - 3)), []);
 }
 
 #[test]

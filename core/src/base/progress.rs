@@ -51,6 +51,15 @@ pub trait Progress {
     fn note(&mut self, _text: core::fmt::Arguments) {}
 }
 
+/// The caller wants the run to end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stopped;
+
+/// Tells the caller how far a stage is, who may stop the run.
+pub fn tell(progress: &mut dyn Progress, stage: Stage, done: usize, total: usize) -> Result<(), Stopped> {
+    if progress.report(stage, done, total).is_break() { Err(Stopped) } else { Ok(()) }
+}
+
 /// Nobody listens.
 pub struct Silent;
 

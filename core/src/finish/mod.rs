@@ -1,6 +1,9 @@
-//! The way onto the grid of the written UVs: charts settled, snapped, set apart where nothing else helps, and what was dropped.
+//! The way onto the grid of the written UVs: charts settled, snapped, set apart where nothing else helps, and what was dropped;
+//! [`place::place`] joins them.
 
 pub mod apart;
 pub mod fill;
+pub mod order;
+pub mod place;
 pub mod settle;
 pub mod snap;

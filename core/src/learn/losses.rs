@@ -196,6 +196,41 @@ const CYCLE: u32 = Loss::CyclePoints.bit() | Loss::CycleNormals.bit() | Loss::Di
 const SCALED: u32 = Loss::Fold.bit() | Loss::Distortion.bit();
 const MAP: u32 = CYCLE | REPELLED | Loss::Triangle.bit() | Loss::Visibility.bit() | SCALED | Loss::Target.bit();
 
+/// The losses that look at faces and at neighbours in a ring.
+struct LocalLosses {
+    triangle: Var,
+    reach: Var,
+    scores: Var,
+    visibility: Var,
+    fold: Var,
+    distortion: Var,
+}
+
+impl LocalLosses {
+    /// Of the map q and its normalised form, with the tables and inputs of [`LossGraph`].
+    fn record(
+        t: &mut Tape,
+        [q, q_normalised]: [Var; 2],
+        [faces, ring]: [Table; 2],
+        [cosines, rest, exposure]: [Var; 3],
+        margin: f64,
+    ) -> Self {
+        t.set_group(Loss::Triangle.bit());
+        let triangle = t.angles(q, faces, cosines);
+        t.set_group(Loss::Visibility.bit());
+        let reach = t.reach(q_normalised, ring);
+        let scores = t.seam(reach, q_normalised);
+        let visibility = t.weighted_mean(scores, exposure);
+        t.set_group(SCALED);
+        let scale = t.scale(q, faces, rest);
+        t.set_group(Loss::Fold.bit());
+        let fold = t.hinge(q, faces, rest, scale, margin);
+        t.set_group(Loss::Distortion.bit());
+        let distortion = t.barrier(q, faces, rest, scale);
+        Self { triangle, reach, scores, visibility, fold, distortion }
+    }
+}
+
 impl LossGraph {
     /// Records networks of `widths` and all losses over a batch; `spread` is the radius of repulsion in lattice steps,
     /// `margin` the share of the mean area ratio that a face should keep.
@@ -251,19 +286,8 @@ impl LossGraph {
         let lattices = [q_hat, q_hat_cycle].map(|q| t.normalise(q));
         let repel = [apart, lattices[0], lattices[1]].map(|q| Some(t.repel(q, radius)));
 
-        t.set_group(Loss::Triangle.bit());
-        let triangle = t.angles(q, faces, cosines);
-        t.set_group(Loss::Visibility.bit());
-        let reach = t.reach(q_normalised, ring);
-        let scores = t.seam(reach, q_normalised);
-        let visibility = t.weighted_mean(scores, exposure);
-        t.set_group(SCALED);
-        let scale = t.scale(q, faces, rest);
-        t.set_group(Loss::Fold.bit());
-        let fold = t.hinge(q, faces, rest, scale, margin);
-        t.set_group(Loss::Distortion.bit());
-        let distortion = t.barrier(q, faces, rest, scale);
-
+        let local = LocalLosses::record(t, [q, q_normalised], [faces, ring], [cosines, rest, exposure], margin);
+        let LocalLosses { reach, scores, .. } = local;
         t.set_group(Loss::Target.bit());
         let target_loss = t.mean_abs(q_points, target);
 
@@ -275,10 +299,10 @@ impl LossGraph {
             [Some(cycle_3d), Some(cycle_2d), None],
             alone(cycle_normals),
             alone(differential),
-            alone(triangle),
-            alone(visibility),
-            alone(fold),
-            alone(distortion),
+            alone(local.triangle),
+            alone(local.visibility),
+            alone(local.fold),
+            alone(local.distortion),
             alone(target_loss),
         ];
         #[rustfmt::skip]

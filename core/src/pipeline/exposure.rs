@@ -1,8 +1,8 @@
 //! Exposure of the working mesh, and of the user's vertices.
 
-use super::report::{UnwrapError, report};
+use super::report::UnwrapError;
 use super::settings::Settings;
-use crate::base::progress::{Progress, Stage};
+use crate::base::progress::{Progress, Stage, tell};
 use crate::base::real;
 use crate::base::scratch::Scratch;
 use crate::base::workers::Workers;
@@ -46,13 +46,13 @@ pub(super) fn expose(
         _ => UnwrapError::BadTree,
     })?;
     for first in (0..n).step_by(EXPOSURE_SLICE) {
-        report(progress, Stage::Exposure, first, n)?;
+        tell(progress, Stage::Exposure, first, n)?;
         let end = (first + EXPOSURE_SLICE).min(n);
         let rays = ExposureSettings { rays: settings.rays as usize, seed: settings.seed, first, ..Default::default() };
         let (points, normals) = (&points[first..end], &normals[first..end]);
         exposure(&mut open[first..end], points, normals, &scene, &rays, scratch.frame(), workers)?;
     }
-    report(progress, Stage::Exposure, n, n)
+    Ok(tell(progress, Stage::Exposure, n, n)?)
 }
 
 /// Exposure of each input vertex: those at one place share the value of the last working vertex there.

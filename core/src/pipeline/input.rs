@@ -17,7 +17,7 @@ pub struct Input<'a> {
     /// UVs that the file came with, one a corner, whose borders stay cuts (`--keep-seams`). NaN, or beyond the list: no UV.
     pub kept_uv: Option<&'a [DVec2]>, // (c)
     /// Part of each polygon, whose borders become cuts: no chart has faces of two parts, and a piece of a part is one
-    /// chart where that can be. Charts are numbered by part, see [`super::order::order_charts`]. Polygons beyond the list are one
+    /// chart where that can be. Charts are numbered by part, see [`crate::finish::order::order_charts`]. Polygons beyond the list are one
     /// part of their own.
     pub parts: Option<&'a [u32]>, // (p)
     /// What the file or the caller says of edges: normals, weights, cuts.
@@ -48,6 +48,15 @@ pub struct Output<'a> {
     pub polygon_chart: &'a mut [u32], // (p)
     /// Exposure of each input vertex in [0, 1]; 1 is open.
     pub exposure: &'a mut [f32], // (n)
+}
+
+impl Output<'_> {
+    /// Whether every slice has one entry for each that is written to it.
+    pub(super) fn fits(&self, input: &Input) -> Result<(), UnwrapError> {
+        fits(input.corners.len(), self.corner_uv.len())?;
+        fits(input.polygon_start.len().saturating_sub(1), self.polygon_chart.len())?;
+        fits(input.positions.len(), self.exposure.len())
+    }
 }
 
 /// Whether an output has the length that is expected.

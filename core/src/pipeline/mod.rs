@@ -7,7 +7,6 @@ pub mod learning;
 pub mod order;
 pub mod partition;
 pub mod pieces;
-mod place;
 pub mod polygons;
 pub mod report;
 pub mod settings;

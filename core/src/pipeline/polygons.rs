@@ -7,8 +7,8 @@
 use super::input::{Input, fits};
 use super::order::{Face, order_parts, order_parts_need};
 use super::partition::{partition, partition_need};
-use super::report::{UnwrapError, report};
-use crate::base::progress::{Progress, Stage};
+use super::report::UnwrapError;
+use crate::base::progress::{Progress, Stage, tell};
 use crate::base::real;
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::slices::Slices;
@@ -68,7 +68,7 @@ pub fn parts_of_polygons(
     fits(polygons, out.part.len())?;
     fits(polygons, out.diameter.len())?;
     scratch.require(parts_of_polygons_need(input, bvh))?;
-    report(progress, Stage::Parts, 0, 1)?;
+    tell(progress, Stage::Parts, 0, 1)?;
     let (working, _) = repair(&input.polygons(), Facing::Turned, &mut scratch)?;
     let faces = working.faces.len();
     let label = scratch.take::<u32>(faces)?;
@@ -107,7 +107,7 @@ pub fn parts_of_polygons(
     let parts = order_parts(part, count, listed, scratch.frame())?;
     // Last, since a label that only dropped polygons have is no part.
     fill_dropped(part, input, &working, scratch)?;
-    report(progress, Stage::Parts, 1, 1)?;
+    tell(progress, Stage::Parts, 1, 1)?;
     Ok(parts)
 }
 

@@ -1,7 +1,8 @@
-//! What a run has done, why there may be no atlas, and how the caller hears of the way.
+//! What a run has done, and why there may be no atlas.
 
-use crate::base::progress::{Progress, Stage};
+use crate::base::progress::Stopped;
 use crate::base::scratch::ScratchTooSmall;
+use crate::finish::place::PlaceError;
 use crate::mesh::repair::{RepairError, RepairSummary};
 use crate::search::seams::SeamError;
 
@@ -68,6 +69,22 @@ impl From<SeamError> for UnwrapError {
     }
 }
 
+impl From<Stopped> for UnwrapError {
+    fn from(_: Stopped) -> Self {
+        UnwrapError::Cancelled
+    }
+}
+
+impl From<PlaceError> for UnwrapError {
+    fn from(e: PlaceError) -> Self {
+        match e {
+            PlaceError::Scratch(e) => UnwrapError::Scratch(e),
+            PlaceError::Stopped => UnwrapError::Cancelled,
+            PlaceError::Overlap { faces } => UnwrapError::Overlap { faces },
+        }
+    }
+}
+
 impl From<RepairError> for UnwrapError {
     fn from(e: RepairError) -> Self {
         match e {
@@ -101,8 +118,3 @@ impl core::fmt::Display for UnwrapError {
 }
 
 impl core::error::Error for UnwrapError {}
-
-/// Tells the caller how far a stage is, who may stop the run.
-pub(super) fn report(progress: &mut dyn Progress, stage: Stage, done: usize, total: usize) -> Result<(), UnwrapError> {
-    if progress.report(stage, done, total).is_break() { Err(UnwrapError::Cancelled) } else { Ok(()) }
-}

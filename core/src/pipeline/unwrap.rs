@@ -1,23 +1,23 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
 use super::exposure::{expose, share_exposure};
-use super::input::{Input, Output, fits};
+use super::input::{Input, Output};
 use super::learned::{hybrid, neural};
 use super::learning::{LearnScene, Learning};
 use super::pieces::unwrap_pieces;
-use super::place::place;
-use super::report::{Report, UnwrapError, report};
+use super::report::{Report, UnwrapError};
 use super::settings::{Charts, Settings};
-use crate::base::progress::{Progress, Stage};
+use crate::base::progress::{Progress, Stage, tell};
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
 use crate::charts::pieces::{Pieces, pieces_need};
 use crate::finish::fill::{fill_dropped, fill_dropped_need};
+use crate::finish::place::{AtlasOutput, Maps, PlaceSummary, Placing, place};
 use crate::mesh::frame::to_own_frame;
 use crate::mesh::polygons::Counts;
 use crate::mesh::repair::{Facing, repair, repair_need};
 use crate::mesh::view::NONE;
-use crate::mesh::working::FORCED;
+use crate::mesh::working::{FORCED, Working};
 use crate::pack::layout::pack_need;
 use crate::plane::overlap::overlaps_need;
 use crate::price::cost::{FORBIDDEN, Rates, prices, prices_need};
@@ -88,20 +88,18 @@ pub fn unwrap_by(
     workers: &dyn Workers,
     progress: &mut dyn Progress,
 ) -> Result<Report, UnwrapError> {
-    fits(input.corners.len(), output.corner_uv.len())?;
-    fits(input.polygon_start.len().saturating_sub(1), output.polygon_chart.len())?;
-    fits(input.positions.len(), output.exposure.len())?;
+    output.fits(input)?;
     if let Method::Neural(learning) | Method::Hybrid(learning) = &method {
         learning.check()?;
     }
     scratch.require(unwrap_need(input, settings, bvh))?;
     let polygons = input.polygons();
-    report(progress, Stage::Repair, 0, 1)?;
+    tell(progress, Stage::Repair, 0, 1)?;
     let (mut working, repaired) = repair(&polygons, Facing::AsGiven, &mut scratch)?;
     let own = scratch.take::<DVec3>(working.positions.len())?;
-    let placed = to_own_frame(own, working.positions);
+    let own_frame = to_own_frame(own, working.positions);
     working.positions = own;
-    report(progress, Stage::Repair, 1, 1)?;
+    tell(progress, Stage::Repair, 1, 1)?;
     let cost = scratch.take::<f64>(3 * working.faces.len())?;
     let open = scratch.take::<f32>(working.positions.len())?;
     expose(open, &working, settings, bvh, scratch.frame(), workers, progress)?;
@@ -110,18 +108,11 @@ pub fn unwrap_by(
     let given = OnMesh::new(input.edges, &polygons, &working);
     let seen = if is_blind { None } else { Some(&*open) };
     let Settings { hard_edges, prefer, .. } = *settings;
-    let rates = Rates { hard_edges, prefer, tolerance: input.tolerance / working.extent * placed.scale() };
+    let rates = Rates { hard_edges, prefer, tolerance: input.tolerance / working.extent * own_frame.scale() };
     prices(cost, &working, &given, rates, seen, scratch.frame())?;
-    let mut done = Report { repaired, ..Report::default() };
     let mut frame = scratch.frame();
     let forced = frame.take::<u8>(working.twin.len())?;
-    let requires = settings.hard_edges == HardEdges::Require;
-    let part = |face: u32| input.parts.map(|p| p.get(working.polygon[face as usize] as usize).copied().unwrap_or(NONE));
-    for (h, (out, mark)) in forced.iter_mut().zip(working.fixed).enumerate() {
-        let twin = working.twin[h];
-        let wanted = || given.is_cut(h as u32) || requires && given.broken(h as u32) > 0.0;
-        *out = u8::from(*mark == FORCED || twin != NONE && (part(h as u32 / 3) != part(twin / 3) || wanted()));
-    }
+    mark_forced(forced, &working, &given, input.parts, settings.hard_edges == HardEdges::Require);
     let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
     let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
     let cut = frame.take::<u8>(working.twin.len())?;
@@ -129,8 +120,8 @@ pub fn unwrap_by(
     let budget = Budget { distortion: settings.distortion, bulky: whole || input.parts.is_some(), whole };
     let total = pieces.count();
     let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
-    let place_of = |p: DVec3| placed.place((p - working.centre) / working.extent);
-    let input_of = |p: DVec3| placed.back(p) * working.extent + working.centre;
+    let place_of = |p: DVec3| own_frame.place((p - working.centre) / working.extent);
+    let input_of = |p: DVec3| own_frame.back(p) * working.extent + working.centre;
     let scene = LearnScene { pieces: &pieces, open: &open, place_of: &place_of, input_of: &input_of, budget, workers };
     let mends = !matches!(method, Method::Neural(_));
     match method {
@@ -140,23 +131,23 @@ pub fn unwrap_by(
         Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
         Method::Hybrid(learning) => hybrid(uv, cut, &scene, learning, frame.frame(), progress)?,
     }
-    done.forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
-    report(progress, Stage::Seams, total, total)?;
-    place(
-        output.corner_uv,
-        output.polygon_chart,
-        uv,
-        cut,
-        &pieces,
-        &working,
-        input.parts,
-        settings,
-        mends,
-        &mut done,
-        frame,
-        workers,
-        progress,
-    )?;
+    let forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
+    tell(progress, Stage::Seams, total, total)?;
+    let out = AtlasOutput { corner_uv: &mut *output.corner_uv, polygon_chart: output.polygon_chart };
+    let placing = Placing { pieces: &pieces, working: &working, parts: input.parts, packing: settings.pack(), mends };
+    let placed = place(out, Maps { uv, cut }, &placing, frame, workers, progress)?;
     fill_dropped(output.corner_uv, &polygons, &working, scratch)?;
-    Ok(done)
+    let PlaceSummary { chart_count, distortion, utilisation, flipped, overlapping } = placed;
+    Ok(Report { chart_count, distortion, utilisation, flipped, overlapping, forbidden_cuts, repaired })
+}
+
+/// Marks the half-edges that are cut whatever it costs: borders of kept UVs and of parts, what the caller wants cut, and with
+/// `requires` every break of the shading.
+fn mark_forced(forced: &mut [u8], working: &Working, given: &OnMesh, parts: Option<&[u32]>, requires: bool) {
+    let part = |face: u32| parts.map(|p| p.get(working.polygon[face as usize] as usize).copied().unwrap_or(NONE));
+    for (h, (out, mark)) in forced.iter_mut().zip(working.fixed).enumerate() {
+        let twin = working.twin[h];
+        let wanted = || given.is_cut(h as u32) || requires && given.broken(h as u32) > 0.0;
+        *out = u8::from(*mark == FORCED || twin != NONE && (part(h as u32 / 3) != part(twin / 3) || wanted()));
+    }
 }

@@ -32,6 +32,41 @@ pub fn extend(
 ) -> Result<usize, ScratchTooSmall> {
     let n = surface.mesh.positions.len();
     let density = scratch.take::<f64>(n)?;
+    spread_excess(density, uv, surface, least, scratch.frame())?;
+    let on_cut = scratch.take::<u8>(n)?;
+    for c in (0..surface.mesh.corner_count() as u32).filter(|c| surface.is_open(cut, *c)) {
+        on_cut[surface.mesh.vertex(c) as usize] = 1;
+        on_cut[surface.far_end(c) as usize] = 1;
+    }
+    let mut paths = Paths::new(n, &mut scratch)?;
+    let order = scratch.take::<u32>(n)?;
+    let reached = grow_from_cuts(order, &mut paths, on_cut, surface);
+    let order = &mut order[..reached];
+    let worth = Worth::new(order, &paths, density, surface, &mut scratch)?;
+    sort::by(order, |a, b| worth.score[*b as usize].total_cmp(&worth.score[*a as usize]).then(a.cmp(b)));
+    let best = order.first().map_or(0.0, |v| worth.score[*v as usize]);
+    let mut added = cut_apart(cut, changed, order, most, &paths, &worth, surface, scratch)?;
+    if !surface.stays_whole
+        && let Some((worth, c)) = best_chord(cut, on_cut, density, surface)
+        && worth > best
+    {
+        surface.set_cut(cut, c, true);
+        changed[(c / 3) as usize] = 1;
+        changed[(surface.twin[c as usize] / 3) as usize] = 1;
+        added += 1;
+    }
+    Ok(added)
+}
+
+/// Writes what the faces at each vertex have above `least`, over their area, smoothed over its neighbours.
+fn spread_excess(
+    density: &mut [f64],
+    uv: &[DVec2],
+    surface: &Surface,
+    least: f64,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let n = density.len();
     let weight = scratch.take::<f64>(n)?;
     for (f, rest) in surface.rest.iter().enumerate() {
         let energy = rest.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
@@ -56,19 +91,15 @@ pub fn extend(
         }
         density.copy_from(smooth);
     }
-    let mut paths = Paths::new(n, &mut scratch)?;
-    let on_cut = scratch.take::<u8>(n)?;
-    for c in 0..surface.mesh.corner_count() as u32 {
-        if surface.is_open(cut, c) {
-            on_cut[surface.mesh.vertex(c) as usize] = 1;
-            on_cut[surface.mesh.vertex(next(c)) as usize] = 1;
-        }
-    }
-    let order = scratch.take::<u32>(n)?;
+    Ok(())
+}
+
+/// Grows cheapest paths from all cuts and borders; lists the vertices in the order of their cost, and returns how many there are.
+fn grow_from_cuts(order: &mut [u32], paths: &mut Paths, on_cut: &[u8], surface: &Surface) -> usize {
     let mut len = 0;
     paths.grow(
         surface,
-        (0..n as u32).filter(|v| on_cut[*v as usize] != 0),
+        (0..on_cut.len() as u32).filter(|v| on_cut[*v as usize] != 0),
         |c| surface.cost[c as usize],
         |v, _| {
             // A vertex may be settled once only here: no sources are added.
@@ -76,25 +107,60 @@ pub fn extend(
             len += 1;
         },
     );
-    let along = scratch.take::<f64>(n)?;
-    let length = scratch.take::<f64>(n)?;
-    let score = scratch.take::<f64>(n)?;
-    for v in &order[..len] {
-        let Some((c, from)) = paths.trace(surface, *v).next() else { continue };
-        let (v, from) = (*v as usize, from as usize);
-        let l = surface.length(c);
-        length[v] = length[from] + l;
-        along[v] = along[from] + l * 0.5 * (density[v] + density[from]);
-        score[v] = for_decision(along[v] * length[v] / paths.cost[v].max(1e-300));
+    len
+}
+
+/// What the cheapest path to each vertex is worth.
+struct Worth<'w> {
+    length: &'w [f64], // (n)
+    score: &'w [f64],  // (n) distortion along the path, times its length, over its cost
+}
+
+impl<'w> Worth<'w> {
+    /// `order` lists the vertices in the order in which they were reached.
+    fn new(
+        order: &[u32],
+        paths: &Paths,
+        density: &[f64],
+        surface: &Surface,
+        keep: &mut Scratch<'w>,
+    ) -> Result<Self, ScratchTooSmall> {
+        let along = keep.take::<f64>(density.len())?;
+        let length = keep.take::<f64>(density.len())?;
+        let score = keep.take::<f64>(density.len())?;
+        for v in order {
+            let Some((c, from)) = paths.trace(surface, *v).next() else { continue };
+            let (v, from) = (*v as usize, from as usize);
+            let l = surface.length(c);
+            length[v] = length[from] + l;
+            along[v] = along[from] + l * 0.5 * (density[v] + density[from]);
+            score[v] = for_decision(along[v] * length[v] / paths.cost[v].max(1e-300));
+        }
+        Ok(Self { length, score })
     }
-    let order = &mut order[..len];
-    sort::by(order, |a, b| score[*b as usize].total_cmp(&score[*a as usize]).then(a.cmp(b)));
+}
+
+/// Cuts up to `most` of the paths to the vertices of `order`, the best first, that keep their own length away from each other;
+/// returns how many.
+#[allow(clippy::too_many_arguments)]
+fn cut_apart(
+    cut: &mut [u8],
+    changed: &mut [u8],
+    order: &[u32],
+    most: usize,
+    paths: &Paths,
+    worth: &Worth,
+    surface: &Surface,
+    mut scratch: Scratch,
+) -> Result<usize, ScratchTooSmall> {
+    let n = surface.mesh.positions.len();
     let near = scratch.take::<u8>(n)?;
-    let mut added = 0;
-    let best = order.first().map_or(0.0, |v| score[*v as usize]);
     let mut ball = Paths::new(n, &mut scratch)?;
+    let best = order.first().map_or(0.0, |v| worth.score[*v as usize]);
+    let mut added = 0;
     for v in order.iter() {
-        if added == most || score[*v as usize] < SHARE * best || score[*v as usize] <= 0.0 {
+        let score = worth.score[*v as usize];
+        if added == most || score < SHARE * best || score <= 0.0 {
             break;
         }
         if paths.cost[*v as usize] >= FORBIDDEN
@@ -108,10 +174,11 @@ pub fn extend(
             changed[(c / 3) as usize] = 1;
         }
         added += 1;
-        let radius = length[*v as usize];
+        let radius = worth.length[*v as usize];
+        let path = core::iter::once(*v).chain(paths.trace(surface, *v).map(|(_, w)| w));
         ball.grow(
             surface,
-            core::iter::once(*v).chain(paths.trace(surface, *v).map(|(_, w)| w)),
+            path,
             |c| surface.length(c),
             |w, reached| {
                 if reached.cost[w as usize] > radius {
@@ -121,15 +188,6 @@ pub fn extend(
                 }
             },
         );
-    }
-    if !surface.stays_whole
-        && let Some((worth, c)) = best_chord(cut, on_cut, density, surface)
-        && worth > best
-    {
-        surface.set_cut(cut, c, true);
-        changed[(c / 3) as usize] = 1;
-        changed[(surface.twin[c as usize] / 3) as usize] = 1;
-        added += 1;
     }
     Ok(added)
 }

@@ -189,27 +189,72 @@ fn find_paths<'a>(
 ) -> Result<(&'a [u32], &'a [SeamPath]), ScratchTooSmall> {
     let list = keep.take::<u32>(cut.iter().filter(|c| **c != 0).count() / 2)?;
     let paths = keep.take::<SeamPath>(list.len())?;
-    let chart = keep.take::<u32>(surface.mesh.faces.len())?;
-    let queue = keep.take::<u32>(surface.mesh.faces.len())?;
-    let charts = surface.charts(cut, chart, queue);
-    let areas = keep.take::<f64>(charts)?;
-    for (k, r) in chart.iter().zip(surface.rest) {
-        areas[*k as usize] += r.area;
-    }
-    let degree = keep.take::<u32>(surface.mesh.positions.len())?;
-    for c in (0..cut.len() as u32).filter(|c| cut[*c as usize] != 0) {
-        degree[surface.mesh.vertex(c) as usize] += 1;
-    }
-    let total: f64 = surface.rest.iter().map(|r| r.area).sum();
-    let is_node = |v: u32| degree[v as usize] != 2 || surface.is_on_border(v);
-    let is_free = |v: u32| degree[v as usize] == 1 && !surface.is_on_border(v);
+    let seams = SeamGraph::new(cut, surface, keep)?;
     let seen = keep.take::<u8>(cut.len())?;
     let (mut len, mut count) = (0, 0);
     for first in 0..cut.len() as u32 {
-        if cut[first as usize] == 0 || seen[first as usize] != 0 || !is_node(surface.mesh.vertex(first)) {
+        if cut[first as usize] == 0 || seen[first as usize] != 0 || !seams.is_node(surface.mesh.vertex(first)) {
             continue;
         }
         let begin = len;
+        len += seams.walk(&mut list[begin..], seen, first);
+        let path = &list[begin..len];
+        let is_failed = |c: &u32| failed[*c as usize] != 0 || failed[surface.twin[*c as usize] as usize] != 0;
+        let wanted = goal.which == Which::All || seams.joins_sliver(path);
+        if !seams.may_go(path) || !wanted || path.iter().any(is_failed) {
+            continue;
+        }
+        if let Some((score, saved)) = seams.score(path, uv, goal, spare) {
+            paths[count] = SeamPath { score, saved, first: begin as u32, count: (len - begin) as u32 };
+            count += 1;
+        }
+    }
+    let paths = &mut paths[..count];
+    sort::by(paths, |a, b| b.score.total_cmp(&a.score).then(a.first.cmp(&b.first)));
+    Ok((list, paths))
+}
+
+/// The cuts as a graph, between charts.
+struct SeamGraph<'a> {
+    cut: &'a [u8],
+    surface: &'a Surface<'a>,
+    chart: &'a [u32],  // (f)
+    areas: &'a [f64],  // (charts)
+    degree: &'a [u32], // (n) cut edges at each vertex
+    total: f64,        // area
+}
+
+impl<'a> SeamGraph<'a> {
+    fn new<'k: 'a>(cut: &'a [u8], surface: &'a Surface<'a>, keep: &mut Scratch<'k>) -> Result<Self, ScratchTooSmall> {
+        let chart = keep.take::<u32>(surface.mesh.faces.len())?;
+        let queue = keep.take::<u32>(surface.mesh.faces.len())?;
+        let charts = surface.charts(cut, chart, queue);
+        let areas = keep.take::<f64>(charts)?;
+        for (k, r) in chart.iter().zip(surface.rest) {
+            areas[*k as usize] += r.area;
+        }
+        let degree = keep.take::<u32>(surface.mesh.positions.len())?;
+        for c in (0..cut.len() as u32).filter(|c| cut[*c as usize] != 0) {
+            degree[surface.mesh.vertex(c) as usize] += 1;
+        }
+        let total: f64 = surface.rest.iter().map(|r| r.area).sum();
+        Ok(Self { cut, surface, chart, areas, degree, total })
+    }
+
+    /// Whether paths end at vertex `v`.
+    fn is_node(&self, v: u32) -> bool {
+        self.degree[v as usize] != 2 || self.surface.is_on_border(v)
+    }
+
+    /// Whether a path that ends at vertex `v` ends freely.
+    fn is_free(&self, v: u32) -> bool {
+        self.degree[v as usize] == 1 && !self.surface.is_on_border(v)
+    }
+
+    /// Lists the half-edges of the path that begins with `first`, in order, and marks both sides as seen; returns how many.
+    fn walk(&self, list: &mut [u32], seen: &mut [u8], first: u32) -> usize {
+        let Self { cut, surface, .. } = self;
+        let mut len = 0;
         let mut at = Some(first);
         while let Some(c) = at {
             let (back, end) = (surface.twin[c as usize], surface.far_end(c));
@@ -218,47 +263,61 @@ fn find_paths<'a>(
             list[len] = c;
             len += 1;
             let mut on = surface.corners_at(end).iter().filter(|d| cut[**d as usize] != 0 && **d != back);
-            at = if is_node(end) { None } else { on.next().copied() };
+            at = if self.is_node(end) { None } else { on.next().copied() };
         }
-        let path = &list[begin..len];
-        let (from, to) = (surface.mesh.vertex(first), surface.far_end(path[path.len() - 1]));
-        let sides = [first, surface.twin[first as usize]].map(|c| chart[(c / 3) as usize] as usize);
-        let slit = sides[0] == sides[1];
-        let goes = if slit {
-            from != to && is_free(from) != is_free(to)
+        len
+    }
+
+    /// The charts to the left and to the right of a path.
+    fn sides(&self, path: &[u32]) -> [usize; 2] {
+        [path[0], self.surface.twin[path[0] as usize]].map(|c| self.chart[(c / 3) as usize] as usize)
+    }
+
+    /// Whether the path lies inside one chart.
+    fn is_slit(&self, path: &[u32]) -> bool {
+        let [left, right] = self.sides(path);
+        left == right
+    }
+
+    /// Whether disks stay disks without the path.
+    fn may_go(&self, path: &[u32]) -> bool {
+        let (from, to) = (self.surface.mesh.vertex(path[0]), self.surface.far_end(path[path.len() - 1]));
+        if self.is_slit(path) {
+            from != to && self.is_free(from) != self.is_free(to)
         } else {
-            !is_free(from) && !is_free(to) && (from != to || encloses(path, cut, surface))
-        };
-        let is_failed = |c: &u32| failed[*c as usize] != 0 || failed[surface.twin[*c as usize] as usize] != 0;
-        let joins_sliver = || !slit && sides.iter().any(|k| areas[*k] < SLIVER * total);
-        let wanted = goal.which == Which::All || joins_sliver();
-        if !goes || !wanted || path.iter().any(is_failed) {
-            continue;
+            !self.is_free(from) && !self.is_free(to) && (from != to || encloses(path, self.cut, self.surface))
         }
+    }
+
+    /// Whether the path lies between a sliver and another chart.
+    fn joins_sliver(&self, path: &[u32]) -> bool {
+        !self.is_slit(path) && self.sides(path).iter().any(|k| self.areas[*k] < SLIVER * self.total)
+    }
+
+    /// What is saved without the path over the energy expected, and what is saved over the square root of all area; nothing
+    /// where its two sides are too far from each other, or the hull would grow by too much.
+    fn score(&self, path: &[u32], uv: &[DVec2], goal: Goal, spare: f64) -> Option<(f64, f64)> {
+        let Self { cut, surface, total, .. } = *self;
         let cost: f64 = path.iter().map(|c| surface.cost[*c as usize]).sum();
         let saved = cost / sqrt(total);
+        let slit = self.is_slit(path);
         let motion = if slit { Motion::NONE } else { Motion::fit(|| facing(path, uv, surface)) };
         let gap = motion.gap(facing(path, uv, surface));
         if gap > REACH * spare {
-            continue;
+            return None;
         }
         if !slit && !goal.bulky {
             // What the hull will be is seen before anything is flattened.
-            let (left, right) =
-                (border(first, uv, cut, surface), || border(surface.twin[first as usize], uv, cut, surface));
-            let whole = hull_of(left.map(|p| motion.apply(p)).chain(right()));
-            let parts = hull_of(border(first, uv, cut, surface)) + hull_of(right());
+            let left = || border(path[0], uv, cut, surface);
+            let right = || border(surface.twin[path[0] as usize], uv, cut, surface);
+            let whole = hull_of(left().map(|p| motion.apply(p)).chain(right()));
+            let parts = hull_of(left()) + hull_of(right());
             if whole - parts > HULL_PRICE * saved * total {
-                continue;
+                return None;
             }
         }
-        let score = for_decision(saved / (gap + CHEAP * spare));
-        paths[count] = SeamPath { score, saved, first: begin as u32, count: (len - begin) as u32 };
-        count += 1;
+        Some((for_decision(saved / (gap + CHEAP * spare)), saved))
     }
-    let paths = &mut paths[..count];
-    sort::by(paths, |a, b| b.score.total_cmp(&a.score).then(a.first.cmp(&b.first)));
-    Ok((list, paths))
 }
 
 /// Whether a path that ends where it begins is the whole border of the chart on one of its sides.

@@ -220,15 +220,7 @@ impl Rest {
                     gradient[i] += slope[k] * e[i];
                 }
             }
-            let l = w * lambda[k];
-            let mut at = 0;
-            for i in 0..6 {
-                let f = l * e[i];
-                for entry in &e[..=i] {
-                    hessian[at] += f * entry;
-                    at += 1;
-                }
-            }
+            add_square(&mut hessian, w * lambda[k], &e);
         }
         let (_, rise, bend) = steep((s1 * s1 + s2 * s2) * (1.0 + i1 * i1 * i2 * i2));
         if rise > 1.0 {
@@ -249,14 +241,10 @@ impl Rest {
             e[2 * i + 1] = v.y;
         }
         let (twice, log) = (2.0 * w * AREA, ln(det));
-        let mut at = 0;
         for i in 0..6 {
             gradient[i] += twice * log * e[i];
-            for entry in &e[..=i] {
-                hessian[at] += twice * e[i] * entry;
-                at += 1;
-            }
         }
+        add_square(&mut hessian, twice, &e);
         (gradient, hessian)
     }
 }
@@ -271,6 +259,19 @@ fn steep(psi: f64) -> (f64, f64, f64) {
         (psi + 0.5 * STEEP * over * over, 1.0 + STEEP * over, STEEP)
     } else {
         (psi + STEEP * STEEP_OVER * (over - 0.5 * STEEP_OVER), 1.0 + STEEP * STEEP_OVER, 0.0)
+    }
+}
+
+/// Adds factor e e^T, the lower triangle row by row.
+#[inline(always)]
+fn add_square(hessian: &mut [f64; 21], factor: f64, e: &[f64; 6]) {
+    let mut at = 0;
+    for i in 0..6 {
+        let f = factor * e[i];
+        for entry in &e[..=i] {
+            hessian[at] += f * entry;
+            at += 1;
+        }
     }
 }
 

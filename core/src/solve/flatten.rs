@@ -4,8 +4,8 @@
 //! the caller looks at the energy of the result. Cost: one sparse solve.
 
 use super::piece::{Piece, Spring};
-use super::relax::{System, add_pull, add_spring, graph_need};
 use super::sparse::front_matrix::FrontMatrix;
+use super::system::{System, add_pull, add_spring, graph_need};
 use crate::base::real::{cos, sin, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::workers::Workers;

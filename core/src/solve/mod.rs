@@ -6,4 +6,5 @@ pub mod flatten;
 pub mod piece;
 pub mod relax;
 pub mod sparse;
+pub mod system;
 mod walls;

@@ -5,10 +5,8 @@
 //! Guarantee: a start without flips stays without flips, and the energy never rises.
 //! Cost: O(n^1.5) a step for n nodes; the order and the fronts are found once a call.
 
-use super::piece::{Piece, Spring, Stop};
-use super::sparse::dissection::Symbolic;
-use super::sparse::front_matrix::FrontMatrix;
-use super::sparse::multifrontal::Factor;
+use super::piece::{Piece, Stop};
+use super::system::{System, add_pull, add_spring, add_triangle, graph_need};
 use super::walls::{Walls, walls_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
@@ -19,6 +17,8 @@ use glam::{DVec2, DVec3};
 const STEP_SHARE: f64 = 0.8;
 /// Sufficient decrease (Armijo).
 const DECREASE: f64 = 1e-4;
+/// Times that a step is halved before it is given up.
+const HALVINGS: usize = 30;
 /// Added to each diagonal entry: holds the rigid motions, which have no energy.
 const HOLD: f64 = 1e-7;
 
@@ -43,116 +43,6 @@ pub struct Relaxation {
     pub steps: usize,
     /// Whether the tolerance was reached.
     pub converged: bool,
-}
-
-/// Graph, order, fronts and the elements of each front.
-pub struct System<'a> {
-    symbolic: Symbolic<'a>,
-    triangle_start: &'a [u32], // (fronts + 1)
-    triangles: &'a [u32],
-    spring_start: &'a [u32], // (fronts + 1)
-    springs: &'a [u32],
-    factor: Factor<'a>,
-}
-
-impl<'a> System<'a> {
-    /// Prepares the systems of a piece. `temporary` holds [`graph_need`] bytes.
-    pub fn new(piece: &Piece, keep: &mut Scratch<'a>, mut temporary: Scratch) -> Result<Self, ScratchTooSmall> {
-        let free = piece.free as u32;
-        let start = temporary.take::<u32>(piece.free + 1)?;
-        let edges = || {
-            let of_triangles = piece
-                .triangles
-                .iter()
-                .flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])])
-                .flat_map(|(a, b)| [(a, b), (b, a)]);
-            let of_springs = piece.springs.iter().flat_map(|s| [(s.a, s.b), (s.b, s.a)]);
-            of_triangles.chain(of_springs).filter(|(a, b)| *a < free && *b < free)
-        };
-        for (a, _) in edges() {
-            start[a as usize + 1] += 1;
-        }
-        for i in 0..piece.free {
-            start[i + 1] += start[i];
-        }
-        let neighbours = temporary.take::<u32>(start[piece.free] as usize)?;
-        {
-            let mut frame = temporary.frame();
-            let at = frame.take::<u32>(piece.free)?;
-            at.copy_from(&start[..piece.free]);
-            for (a, b) in edges() {
-                neighbours[at[a as usize] as usize] = b;
-                at[a as usize] += 1;
-            }
-        }
-        let symbolic = Symbolic::new(start, neighbours, &piece.at[..piece.free], keep, temporary)?;
-        let (triangle_start, triangles) = bucket(&symbolic, piece.triangles.len(), keep, |t| {
-            symbolic.front_of_element(piece.triangles[t].iter().copied().filter(|i| *i < free))
-        })?;
-        let (spring_start, springs) = bucket(&symbolic, piece.springs.len(), keep, |s| {
-            symbolic.front_of_element([piece.springs[s].a, piece.springs[s].b].into_iter().filter(|i| *i < free))
-        })?;
-        let factor = Factor::new(&symbolic, keep)?;
-        Ok(Self { symbolic, triangle_start, triangles, spring_start, springs, factor })
-    }
-
-    /// Solves for `x`: `triangle(t, matrix)`, `spring(s, matrix)` and `node(i, matrix)` add the elements and their right-hand
-    /// sides. Returns the right-hand side times `x`.
-    pub fn solve(
-        &mut self,
-        x: &mut [DVec2],
-        triangle: impl Fn(usize, &mut FrontMatrix) + Sync,
-        spring: impl Fn(usize, &mut FrontMatrix) + Sync,
-        node: impl Fn(u32, &mut FrontMatrix) + Sync,
-        scratch: Scratch,
-        workers: &dyn Workers,
-    ) -> Result<f64, ScratchTooSmall> {
-        let Self { symbolic, triangle_start, triangles, spring_start, springs, factor } = self;
-        let add = |f: u32, matrix: &mut FrontMatrix| {
-            let f = f as usize;
-            for t in &triangles[triangle_start[f] as usize..triangle_start[f + 1] as usize] {
-                triangle(*t as usize, matrix);
-            }
-            for s in &springs[spring_start[f] as usize..spring_start[f + 1] as usize] {
-                spring(*s as usize, matrix);
-            }
-            for i in symbolic.own_nodes(f) {
-                node(*i, matrix);
-            }
-        };
-        factor.solve(x, symbolic, &add, scratch, workers)
-    }
-}
-
-/// Temporary bytes for [`System::new`].
-pub fn graph_need(piece: &Piece) -> usize {
-    (piece.free + 6 * piece.triangles.len() + 2 * piece.springs.len()) * 4 + piece.free * 16 + 256
-}
-
-/// Sorts elements into the fronts they belong to; elements without a free node are left out.
-fn bucket<'a>(
-    symbolic: &Symbolic,
-    count: usize,
-    keep: &mut Scratch<'a>,
-    front: impl Fn(usize) -> Option<u32>,
-) -> Result<(&'a [u32], &'a [u32]), ScratchTooSmall> {
-    let start = keep.take::<u32>(symbolic.front_count() + 2)?;
-    let list = keep.take::<u32>(count)?;
-    for e in 0..count {
-        if let Some(f) = front(e) {
-            start[f as usize + 2] += 1;
-        }
-    }
-    for f in 2..start.len() {
-        start[f] += start[f - 1];
-    }
-    for e in 0..count {
-        if let Some(f) = front(e) {
-            list[start[f as usize + 1] as usize] = e as u32;
-            start[f as usize + 1] += 1;
-        }
-    }
-    Ok((start, list))
 }
 
 /// Scratch bytes for [`relax`] or a [`System`] on this many nodes, triangles and springs. The factor's size depends on
@@ -223,67 +113,92 @@ pub fn relax(
     let trial = spare.take::<DVec2>(x.len())?;
     trial.copy_from(x);
     while done.steps < stop.steps {
-        let here = &*x;
-        walls.derivatives(here, pushes);
-        let held = &*pushes;
-        let fall = system.solve(
-            &mut step[..free],
-            |t, matrix| {
-                let nodes = piece.triangles[t];
-                let (g, h) = piece.rest[t].derivatives(nodes.map(|i| here[i as usize]));
-                add_triangle(matrix, nodes, free, &g, &h);
-            },
-            |s, matrix| {
-                let s = piece.springs[s];
-                add_spring(matrix, s, free);
-                add_pull(matrix, s, (here[s.b as usize] - here[s.a as usize]) * (2.0 * s.weight), free);
-            },
-            |i, matrix| {
-                let [gx, gy, xx, xy, yy] = held.get(i as usize).copied().unwrap_or_default();
-                matrix.add(i, i, [xx + HOLD, xy, xy, yy + HOLD]);
-                matrix.add_vector(i, -DVec2::new(gx, gy));
-            },
-            scratch.frame(),
-            workers,
-        )?;
+        walls.derivatives(x, pushes);
         // The step is -H^-1 g: it falls by g . H^-1 g.
-        let slope = -fall;
+        let slope = -newton_step(&mut step[..free], x, piece, pushes, &mut system, scratch.frame(), workers)?;
         if slope.is_nan() || slope > -stop.tolerance * area {
             done.converged = true;
             break;
         }
-        let ahead = &*step;
-        for_each_chunk(workers, sums, 1, &|chunk, limit| {
-            let range = chunk_of(chunk, piece.triangles.len());
-            limit[0] = 1.0 / STEP_SHARE;
-            for (t, rest) in piece.triangles[range.clone()].iter().zip(&piece.rest[range]) {
-                limit[0] = rest.step_limit(t.map(|i| here[i as usize]), t.map(|i| ahead[i as usize]), limit[0]);
-            }
-        });
-        let limit = sums.iter().copied().fold(1.0 / STEP_SHARE, f64::min);
-        let limit = walls.limit(here, ahead, limit);
-        let mut length = (limit * STEP_SHARE).min(1.0);
-        let mut found = false;
-        for _ in 0..30 {
-            for i in 0..free {
-                trial[i] = x[i] + step[i] * length;
-            }
+        let limit = walls.limit(x, step, flip_limit(x, step, piece, sums, workers));
+        let length = (limit * STEP_SHARE).min(1.0);
+        let found = shorten(&mut trial[..], x, &step[..free], length, |trial, length| {
             let next = energy(piece, trial, sums, workers) + walls.energy(trial);
-            if next <= now + DECREASE * length * slope {
-                found = true;
-                now = next;
-                break;
-            }
-            length *= 0.5;
-        }
+            (next <= now + DECREASE * length * slope).then_some(next)
+        });
         done.steps += 1;
-        if !found {
-            break;
-        }
+        let Some(next) = found else { break };
+        now = next;
         x[..free].copy_from(&trial[..free]);
     }
     done.after = now;
     Ok(done)
+}
+
+/// Writes the Newton step of every free node; returns how far the energy falls along it.
+fn newton_step(
+    step: &mut [DVec2],
+    x: &[DVec2],
+    piece: &Piece,
+    pushes: &[[f64; 5]],
+    system: &mut System,
+    scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<f64, ScratchTooSmall> {
+    let free = piece.free;
+    system.solve(
+        step,
+        |t, matrix| {
+            let nodes = piece.triangles[t];
+            let (g, h) = piece.rest[t].derivatives(nodes.map(|i| x[i as usize]));
+            add_triangle(matrix, nodes, free, &g, &h);
+        },
+        |s, matrix| {
+            let s = piece.springs[s];
+            add_spring(matrix, s, free);
+            add_pull(matrix, s, (x[s.b as usize] - x[s.a as usize]) * (2.0 * s.weight), free);
+        },
+        |i, matrix| {
+            let [gx, gy, xx, xy, yy] = pushes.get(i as usize).copied().unwrap_or_default();
+            matrix.add(i, i, [xx + HOLD, xy, xy, yy + HOLD]);
+            matrix.add_vector(i, -DVec2::new(gx, gy));
+        },
+        scratch,
+        workers,
+    )
+}
+
+/// How much of `step` can be taken before a triangle flips, at most what makes a whole step. `sums` is memory, one value a chunk.
+fn flip_limit(x: &[DVec2], step: &[DVec2], piece: &Piece, sums: &mut [f64], workers: &dyn Workers) -> f64 {
+    for_each_chunk(workers, sums, 1, &|chunk, limit| {
+        let range = chunk_of(chunk, piece.triangles.len());
+        limit[0] = 1.0 / STEP_SHARE;
+        for (t, rest) in piece.triangles[range.clone()].iter().zip(&piece.rest[range]) {
+            limit[0] = rest.step_limit(t.map(|i| x[i as usize]), t.map(|i| step[i as usize]), limit[0]);
+        }
+    });
+    sums.iter().copied().fold(1.0 / STEP_SHARE, f64::min)
+}
+
+/// Halves the step until `accept` answers an energy for where it leads, which `trial` then holds.
+fn shorten(
+    trial: &mut [DVec2],
+    x: &[DVec2],
+    step: &[DVec2],
+    mut length: f64,
+    mut accept: impl FnMut(&[DVec2], f64) -> Option<f64>,
+) -> Option<f64> {
+    for _ in 0..HALVINGS {
+        for (to, (x, step)) in trial.iter_mut().zip(x.iter().zip(step)) {
+            *to = *x + *step * length;
+        }
+        let accepted = accept(trial, length);
+        if accepted.is_some() {
+            return accepted;
+        }
+        length *= 0.5;
+    }
+    None
 }
 
 /// Whether a step promises next to nothing, told without a factorisation: the decrease that each node alone could reach,
@@ -310,45 +225,4 @@ fn settled(x: &[DVec2], piece: &Piece, least: f64, mut scratch: Scratch) -> Resu
         fall += (yy * gx * gx - 2.0 * xy * gx * gy + xx * gy * gy) / det.max(f64::MIN_POSITIVE);
     }
     Ok(fall < SETTLED * least)
-}
-
-/// Adds a triangle's gradient, negated, and its 6 x 6 matrix (lower triangle, row by row) for its free nodes.
-fn add_triangle(matrix: &mut FrontMatrix, nodes: [u32; 3], free: usize, g: &[f64; 6], h: &[f64; 21]) {
-    let entry = |r: usize, c: usize| if r >= c { h[r * (r + 1) / 2 + c] } else { h[c * (c + 1) / 2 + r] };
-    for i in 0..3 {
-        if (nodes[i] as usize) < free {
-            matrix.add_vector(nodes[i], -DVec2::new(g[2 * i], g[2 * i + 1]));
-        }
-        for j in 0..=i {
-            if (nodes[i] as usize) < free && (nodes[j] as usize) < free {
-                let (r, c) = (2 * i, 2 * j);
-                let block = [entry(r, c), entry(r, c + 1), entry(r + 1, c), entry(r + 1, c + 1)];
-                matrix.add(nodes[i], nodes[j], block);
-            }
-        }
-    }
-}
-
-/// Adds a spring's matrix for its free ends.
-pub fn add_spring(matrix: &mut FrontMatrix, spring: Spring, free: usize) {
-    let w = 2.0 * spring.weight;
-    let (a, b) = ((spring.a as usize) < free, (spring.b as usize) < free);
-    if a {
-        matrix.add(spring.a, spring.a, [w, 0.0, 0.0, w]);
-    }
-    if b {
-        matrix.add(spring.b, spring.b, [w, 0.0, 0.0, w]);
-    }
-    if a && b {
-        matrix.add(spring.a, spring.b, [-w, 0.0, 0.0, -w]);
-    }
-}
-
-/// Adds the pull of a spring to the right-hand side of its free ends: `pull` on the first, the opposite on the second.
-pub fn add_pull(matrix: &mut FrontMatrix, spring: Spring, pull: DVec2, free: usize) {
-    for (i, force) in [(spring.a, pull), (spring.b, -pull)] {
-        if (i as usize) < free {
-            matrix.add_vector(i, force);
-        }
-    }
 }

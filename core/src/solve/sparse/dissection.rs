@@ -104,6 +104,7 @@ fn dissect(
     let n = order.len();
     let side = scratch.take::<u32>(n)?;
     let spare = scratch.take::<u32>(n)?;
+    let graph = Neighbours { start, list: neighbours, at };
     let mut stamp = 2;
     let mut count = 0;
     let mut tasks = heapless::Vec::<DissectionTask, 256>::new();
@@ -123,51 +124,7 @@ fn dissect(
                     tasks.push(DissectionTask::Emit { first, last, children: 0 }).ok();
                     continue;
                 }
-                let range = &mut order[first..last];
-                let middle = range.len() / 2;
-                halve_by_place(range, at);
-                stamp += 2;
-                let mut touching = mark(range, side, stamp, start, neighbours);
-                if touching * touching > WIDE * range.len() && range.len() > 4 * LEAF {
-                    // Layers over each other in space: follow the graph instead, if that is better.
-                    stamp += 4;
-                    order_by_breadth(range, spare, side, stamp - 2, start, neighbours);
-                    let by_breadth = mark(range, side, stamp, start, neighbours);
-                    if by_breadth >= touching {
-                        halve_by_place(range, at);
-                        mark(range, side, stamp, start, neighbours);
-                    } else {
-                        touching = by_breadth;
-                    }
-                }
-                let touches = |i: u32, other: u32| {
-                    neighbours[start[i as usize] as usize..start[i as usize + 1] as usize]
-                        .iter()
-                        .any(|j| side[*j as usize] == other)
-                };
-                let a_touch = range[..middle].iter().filter(|i| touches(**i, stamp + 1)).count();
-                let b_touch = range[middle..].iter().filter(|i| touches(**i, stamp)).count();
-                // The separator: the side's nodes that touch the other one, from the side that has fewer.
-                let (own, other) = if a_touch <= b_touch { (stamp, stamp + 1) } else { (stamp + 1, stamp) };
-                let spare = &mut spare[..range.len()];
-                let (mut a, mut b, mut s) = (0, 0, 0);
-                let separator = touching;
-                let a_len = middle - if own == stamp { separator } else { 0 };
-                let b_len = range.len() - separator - a_len;
-                for i in range.iter() {
-                    let mine = side[*i as usize];
-                    if mine == own && touches(*i, other) {
-                        spare[a_len + b_len + s] = *i;
-                        s += 1;
-                    } else if mine == stamp {
-                        spare[a] = *i;
-                        a += 1;
-                    } else {
-                        spare[a_len + b] = *i;
-                        b += 1;
-                    }
-                }
-                range.copy_from(spare);
+                let (a_len, b_len) = part(&mut order[first..last], spare, side, &mut stamp, &graph);
                 let (m, e) = (first + a_len, first + a_len + b_len);
                 let children = u32::from(a_len > 0) + u32::from(b_len > 0);
                 tasks.push(DissectionTask::Emit { first: e, last, children }).ok();
@@ -177,6 +134,67 @@ fn dissect(
         }
     }
     Ok(count)
+}
+
+/// The graph, and where its nodes stand.
+struct Neighbours<'g> {
+    start: &'g [u32], // (n + 1)
+    list: &'g [u32],
+    at: &'g [DVec3], // (n)
+}
+
+impl Neighbours<'_> {
+    /// Whether a neighbour of node `i` has the mark `other`.
+    fn touches(&self, i: u32, side: &[u32], other: u32) -> bool {
+        let i = i as usize;
+        self.list[self.start[i] as usize..self.start[i + 1] as usize].iter().any(|j| side[*j as usize] == other)
+    }
+}
+
+/// Sorts a range of nodes into those on one side of a separator, those on the other, and the separator; returns how many the two
+/// sides have. Uses marks from `stamp` on, which goes on.
+fn part(range: &mut [u32], spare: &mut [u32], side: &mut [u32], stamp: &mut u32, graph: &Neighbours) -> (usize, usize) {
+    let middle = range.len() / 2;
+    halve_by_place(range, graph.at);
+    *stamp += 2;
+    let mut touching = mark(range, side, *stamp, graph);
+    if touching * touching > WIDE * range.len() && range.len() > 4 * LEAF {
+        // Layers over each other in space: follow the graph instead, if that is better.
+        *stamp += 4;
+        order_by_breadth(range, spare, side, *stamp - 2, graph);
+        let by_breadth = mark(range, side, *stamp, graph);
+        if by_breadth >= touching {
+            halve_by_place(range, graph.at);
+            mark(range, side, *stamp, graph);
+        } else {
+            touching = by_breadth;
+        }
+    }
+    let stamp = *stamp;
+    let a_touch = range[..middle].iter().filter(|i| graph.touches(**i, side, stamp + 1)).count();
+    let b_touch = range[middle..].iter().filter(|i| graph.touches(**i, side, stamp)).count();
+    // The separator: the side's nodes that touch the other one, from the side that has fewer.
+    let (own, other) = if a_touch <= b_touch { (stamp, stamp + 1) } else { (stamp + 1, stamp) };
+    let spare = &mut spare[..range.len()];
+    let (mut a, mut b, mut s) = (0, 0, 0);
+    let separator = touching;
+    let a_len = middle - if own == stamp { separator } else { 0 };
+    let b_len = range.len() - separator - a_len;
+    for i in range.iter() {
+        let mine = side[*i as usize];
+        if mine == own && graph.touches(*i, side, other) {
+            spare[a_len + b_len + s] = *i;
+            s += 1;
+        } else if mine == stamp {
+            spare[a] = *i;
+            a += 1;
+        } else {
+            spare[a_len + b] = *i;
+            b += 1;
+        }
+    }
+    range.copy_from(spare);
+    (a_len, b_len)
 }
 
 /// Puts the half of the nodes that lies lower along the longest axis first.
@@ -192,30 +210,18 @@ fn halve_by_place(range: &mut [u32], at: &[DVec3]) {
 
 /// Marks the first half of the nodes with `stamp`, the others with `stamp + 1`; returns the size of the smaller side's
 /// row of nodes that touch the other side.
-fn mark(range: &[u32], side: &mut [u32], stamp: u32, start: &[u32], neighbours: &[u32]) -> usize {
+fn mark(range: &[u32], side: &mut [u32], stamp: u32, graph: &Neighbours) -> usize {
     let middle = range.len() / 2;
     let (a, b) = (&range[..middle], &range[middle..]);
     a.iter().for_each(|i| side[*i as usize] = stamp);
     b.iter().for_each(|i| side[*i as usize] = stamp + 1);
-    let touching = |half: &[u32], other: u32| {
-        let touches = |i: &&u32| {
-            let i = **i as usize;
-            neighbours[start[i] as usize..start[i + 1] as usize].iter().any(|j| side[*j as usize] == other)
-        };
-        half.iter().filter(touches).count()
-    };
+    let side = &*side;
+    let touching = |half: &[u32], other: u32| half.iter().filter(|i| graph.touches(**i, side, other)).count();
     touching(a, stamp + 1).min(touching(b, stamp))
 }
 
 /// Orders the nodes by breadth-first search from one end of their graph. Uses the marks `stamp` and `stamp + 1`.
-fn order_by_breadth(
-    range: &mut [u32],
-    queue: &mut [u32],
-    side: &mut [u32],
-    stamp: u32,
-    start: &[u32],
-    neighbours: &[u32],
-) {
+fn order_by_breadth(range: &mut [u32], queue: &mut [u32], side: &mut [u32], stamp: u32, graph: &Neighbours) {
     range.iter().for_each(|i| side[*i as usize] = stamp - 1);
     for pass in 0..2 {
         let (unseen, seen) = (stamp - 1 + pass, stamp + pass);
@@ -232,7 +238,7 @@ fn order_by_breadth(
             while head < tail {
                 let i = queue[head] as usize;
                 head += 1;
-                for j in &neighbours[start[i] as usize..start[i + 1] as usize] {
+                for j in &graph.list[graph.start[i] as usize..graph.start[i + 1] as usize] {
                     if side[*j as usize] == unseen {
                         side[*j as usize] = seen;
                         queue[tail] = *j;
