@@ -18,7 +18,7 @@ const LONGEST: usize = 80;
 /// What core may import from outside.
 const CORE_CRATES: &[&str] = &["core", "libm", "glam", "heapless", "bytemuck", "cpufeatures"];
 /// What core's own tests may import as well.
-const TEST_CRATES: &[&str] = &["std", "quickcheck"];
+const TEST_CRATES: &[&str] = &["std", "approx", "quickcheck"];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")

@@ -1,10 +1,11 @@
-//! The lowest floor: memory, workers, progress, numbers.
+//! The lowest room: memory, workers, progress, numbers.
 
 pub mod buckets;
 pub mod heap;
 pub mod progress;
 pub mod random;
 pub mod real;
+pub mod room;
 pub mod scratch;
 pub mod slices;
 pub mod sort;

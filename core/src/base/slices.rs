@@ -17,6 +17,9 @@ pub trait Slices<T> {
     /// [`rows`](Self::rows), to be written.
     fn rows_mut(&mut self, width: usize) -> RowsMut<'_, T>;
 
+    /// The first `at` items and the others, of which there are as many at the least.
+    fn parted_mut(&mut self, at: usize) -> (&mut [T], &mut [T]);
+
     /// Runs of neighbours that are pairwise the `same`; they cover the slice.
     fn runs<F: FnMut(&T, &T) -> bool>(&self, same: F) -> Runs<'_, T, F>;
 }
@@ -39,6 +42,12 @@ impl<T> Slices<T> for [T] {
     #[inline]
     fn rows_mut(&mut self, width: usize) -> RowsMut<'_, T> {
         RowsMut { rest: if width > 0 { self } else { &mut [] }, width: width.max(1) }
+    }
+
+    #[inline]
+    fn parted_mut(&mut self, at: usize) -> (&mut [T], &mut [T]) {
+        debug_assert!(at <= self.len(), "{at} of {} items", self.len());
+        self.split_at_mut_checked(at).unwrap_or_default()
     }
 
     #[inline]
@@ -116,7 +125,7 @@ impl<'a, T, F: FnMut(&T, &T) -> bool> Iterator for Runs<'a, T, F> {
 /// Splits the first `count` items off.
 #[inline]
 pub fn take_first<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
-    let (first, behind) = take(rest).split_at_mut_checked(count).unwrap_or_default();
+    let (first, behind) = take(rest).parted_mut(count);
     *rest = behind;
     &mut first[..count]
 }

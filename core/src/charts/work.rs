@@ -6,6 +6,7 @@
 
 use super::list::ChartList;
 use super::surface::Surface;
+use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::mesh::view::{NONE, next};
@@ -91,8 +92,8 @@ pub fn work_on(
                     let mut part = wave.split(bytes)?;
                     let mut job = take_out(faces, node, local, on_border, uv, surface, cut, &mut part)?;
                     job.scratch = Some(part);
-                    jobs.push(job).ok();
-                    members.push(k).ok();
+                    jobs.put(job);
+                    members.put(k);
                 }
                 k += 1;
             }
@@ -100,7 +101,7 @@ pub fn work_on(
             for (job, k) in jobs.iter().zip(&members) {
                 match job.put_back(uv) {
                     Ok(flawless) => sound &= flawless,
-                    Err(_) => short.push(*k).unwrap_or_default(),
+                    Err(_) => short.put(*k),
                 }
             }
         }

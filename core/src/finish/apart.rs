@@ -99,6 +99,7 @@ mod tests {
     use crate::mesh::topology::twins;
     use crate::mesh::view::MeshView;
     use crate::solve::energy::Rest;
+    use approx::assert_abs_diff_eq;
     use glam::DVec3;
     use std::vec;
     use std::vec::Vec;
@@ -139,7 +140,8 @@ mod tests {
         let radius = 4.0 / TAU;
         assert!(uv[6..12].iter().all(|p| (p.length() - radius).abs() < 1e-12), "{uv:?}");
         let area = |f: usize| (uv[3 * f + 1] - uv[3 * f]).perp_dot(uv[3 * f + 2] - uv[3 * f]);
-        assert!((area(2) - 2.0 * radius * radius).abs() < 1e-12 && (area(3) - area(2)).abs() < 1e-12);
+        assert_abs_diff_eq!(area(2), 2.0 * radius * radius, epsilon = 1e-12);
+        assert_abs_diff_eq!(area(3), area(2), epsilon = 1e-12);
         assert_eq!((uv[6], uv[8]), (uv[9], uv[10])); // the diagonal holds
     }
 }

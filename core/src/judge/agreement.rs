@@ -217,6 +217,7 @@ impl Sums {
 mod tests {
     use super::*;
     use crate::base::random;
+    use approx::assert_abs_diff_eq;
     use std::{vec, vec::Vec};
 
     fn judge(ours: &[u32], reference: &[u32], area: &[f64]) -> Agreement {
@@ -248,9 +249,11 @@ mod tests {
     #[test]
     fn area_decides_where_it_is_asked_for() {
         let a = judge(&[0, 0, 1], &[0, 1, 1], &[1.0, 10.0, 1.0]);
-        assert!((a.hamming - 1.0 / 3.0).abs() < 1e-15 && (a.hamming_aw - 2.0 / 12.0).abs() < 1e-15, "{a:?}");
+        assert_abs_diff_eq!(a.hamming, 1.0 / 3.0, epsilon = 1e-15);
+        assert_abs_diff_eq!(a.hamming_aw, 2.0 / 12.0, epsilon = 1e-15);
         // Pairs: 10, 1, 10; the first and the last disagree.
-        assert!((a.rand - 1.0 / 3.0).abs() < 1e-15 && (a.rand_aw - 1.0 / 21.0).abs() < 1e-14, "{a:?}");
+        assert_abs_diff_eq!(a.rand, 1.0 / 3.0, epsilon = 1e-15);
+        assert_abs_diff_eq!(a.rand_aw, 1.0 / 21.0, epsilon = 1e-14);
     }
 
     #[test]

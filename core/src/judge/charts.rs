@@ -81,6 +81,7 @@ mod tests {
     use super::super::input::{UvMesh, areas, areas_need};
     use super::super::wedges::{uv_topology, uv_topology_need};
     use super::*;
+    use approx::assert_abs_diff_eq;
     use glam::{DVec2, DVec3};
     use std::{vec, vec::Vec};
 
@@ -126,7 +127,7 @@ mod tests {
         // x folds back after 2: the third square runs the other way under the second.
         let charts = judge(3, |_, p| DVec2::new(if p.x > 2.0 { 4.0 - p.x } else { p.x }, p.y));
         assert_eq!((charts.count, charts.flipped_faces, charts.mirrored), (1, 2, 0));
-        assert!((charts.flipped_area - 1.0 / 3.0).abs() < 1e-12);
+        assert_abs_diff_eq!(charts.flipped_area, 1.0 / 3.0, epsilon = 1e-12);
     }
 
     /// A grid of 5 x 5 squares without those of `holes`, each vertex at one UV; `vertex` says which it is at (x, y).

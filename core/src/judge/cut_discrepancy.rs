@@ -182,6 +182,7 @@ fn radius(mesh: FileMesh) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use std::{vec, vec::Vec};
 
     /// A strip of squares of side 1, two triangles each, every triangle with vertices of its own.
@@ -212,7 +213,7 @@ mod tests {
         let radius = radius(FileMesh { positions: &positions, triangles: &triangles });
         let found = judge(10, |s| u32::from(s < 3), |s| u32::from(s < 6));
         // Sums of three ones are exact; one quotient is rounded.
-        assert!((found - 6.0 / radius).abs() < 1e-14, "{found}");
+        assert_abs_diff_eq!(found, 6.0 / radius, epsilon = 1e-14);
         // The centre is that of the strip: five to either side, two and a half on the mean, but for the height.
         assert!((2.5..2.7).contains(&radius), "{radius}");
     }

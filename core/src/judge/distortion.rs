@@ -330,6 +330,7 @@ fn percentile(values: &mut [f64], share: f64) -> f64 {
 mod tests {
     use super::super::input::{areas, areas_need};
     use super::*;
+    use approx::assert_abs_diff_eq;
     use std::{vec, vec::Vec};
 
     fn judge(mesh: UvMesh) -> Distortion {
@@ -355,7 +356,7 @@ mod tests {
     /// Each figure is some tens of operations on values near 1: 1e-12 leaves room for a few thousand roundings. The
     /// root of a difference of squares takes half of the digits, so s1 of an isometry is good to about 1e-8.
     fn near(a: f64, b: f64) {
-        assert!((a - b).abs() < 1e-7 * (1.0 + b.abs()), "{a} is not {b}");
+        assert_abs_diff_eq!(a, b, epsilon = 1e-7 * (1.0 + b.abs()));
     }
 
     #[test]

@@ -209,6 +209,7 @@ mod tests {
     use super::super::wedges::{uv_topology, uv_topology_need};
     use super::*;
     use crate::base::real::{cos, sin};
+    use approx::assert_abs_diff_eq;
     use glam::{DVec2, DVec3};
     use std::vec;
 
@@ -258,7 +259,8 @@ mod tests {
         assert_eq!(e.visible_length_norm, 0.5 / sqrt(2.0));
         // Edges: the seam 1 at .5; left and right side 2 at 1; four half rows at .75; two diagonals at .75.
         let all = (0.5 + 2.0 + 4.0 * 0.75 + 2.0 * sqrt(2.0) * 0.75) / (7.0 + 2.0 * sqrt(2.0));
-        assert!((e.all_length - all).abs() < 1e-12 && (e.ratio - 0.5 / all).abs() < 1e-12);
+        assert_abs_diff_eq!(e.all_length, all, epsilon = 1e-12);
+        assert_abs_diff_eq!(e.ratio, 0.5 / all, epsilon = 1e-12);
     }
 
     #[test]
@@ -329,7 +331,7 @@ mod tests {
         assert_eq!((s.edges, s.length, s.flat_share, s.sharp_share, s.sharp_cover), (7, 7.0, 0.0, 1.0, 7.0 / 12.0));
         let e = s.exposure.unwrap();
         assert_eq!(e.visible_length_norm, 3.5 / sqrt(6.0));
-        assert!((e.noticed_length_norm - 0.35 / sqrt(6.0)).abs() < 1e-12);
+        assert_abs_diff_eq!(e.noticed_length_norm, 0.35 / sqrt(6.0), epsilon = 1e-12);
     }
 
     #[test]

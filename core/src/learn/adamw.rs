@@ -57,13 +57,15 @@ pub fn update<T: Float>(
 mod tests {
     use super::*;
     use crate::base::workers::Serial;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn the_first_step_moves_each_weight_by_the_rate_against_its_sign() {
         // With both moments corrected, step 1 is rate g / (|g| + eps): the rate itself but for eps/|g| = 1e-5.
         let (mut weights, mut moments) = ([0.5, -0.5, 2.0], [0.0; 6]);
         update(&mut weights, &mut moments, &[1.0, -1.0, 0.0], 1e-3, 1, &Serial);
-        assert!((weights[0] - 0.499f64).abs() < 2e-8 && (weights[1] + 0.499).abs() < 2e-8, "{weights:?}");
+        assert_abs_diff_eq!(weights[0], 0.499f64, epsilon = 2e-8);
+        assert_abs_diff_eq!(weights[1], -0.499, epsilon = 2e-8);
         assert!((weights[2] - 2.0).abs() < 1e-10, "decay alone: 2 x 1e-11");
     }
 

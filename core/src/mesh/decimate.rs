@@ -15,6 +15,7 @@ use super::ring::{MOST, Ring};
 use super::view::{MeshView, NONE, next, prev};
 use crate::base::heap::Heap;
 use crate::base::real::sqrt;
+use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use glam::DVec3;
@@ -262,8 +263,7 @@ impl Collapsing<'_> {
         let mut bare = Vec::<f64, { MOST + 1 }>::new();
         for (v, to) in ring.vertex.iter().zip(&ring.point) {
             let error = own.at(*to) + self.quadric[*v as usize].at(*to);
-            // As many as neighbours: there is room.
-            let _ = bare.push(error + EVEN * ring.area * (*to - from).dot(*to - from));
+            bare.put(error + EVEN * ring.area * (*to - from).dot(*to - from));
         }
         let (mut least, mut best) = (f64::INFINITY, Collapse::default());
         // Cheapest first: quality is 1 at the most, so no cost is below the bare one.

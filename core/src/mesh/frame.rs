@@ -85,6 +85,7 @@ fn length(d: DVec3) -> f64 {
 mod tests {
     use super::*;
     use crate::base::random::hash;
+    use approx::assert_abs_diff_eq;
     use std::vec;
     use std::vec::Vec;
 
@@ -123,7 +124,7 @@ mod tests {
         let (from, to) = (cloud(), framed(&cloud()));
         let ratio = (to[0] - to[1]).length() / (from[0] - from[1]).length();
         let far = to.iter().map(|p| p.length()).fold(0.0, f64::max);
-        assert!((far - 0.5).abs() < 1e-15);
+        assert_abs_diff_eq!(far, 0.5, epsilon = 1e-15);
         assert!(
             (0..49).all(|i| ((to[i] - to[i + 1]).length() - ratio * (from[i] - from[i + 1]).length()).abs() < 1e-14)
         );

@@ -13,6 +13,7 @@ use super::topology::fan_start;
 use super::view::{NONE, next, prev};
 use super::working::DIAGONAL;
 use crate::base::real::atan2;
+use crate::base::room::Room;
 use crate::base::slices::Slices;
 use crate::base::sort;
 use core::f64::consts::{PI, TAU};
@@ -120,7 +121,7 @@ fn pages(
         let rises = draft.vertex(half) == low;
         let opposite = |e: &&[u32; 3]| (draft.vertex(e[2]) == low) != rises;
         let flap = group.iter().filter(opposite).any(|e| !may_join(draft, signature, e[2], half));
-        pages.push(Page { angle: atan2(r.dot(y), r.dot(x)), rises, half, flap }).ok();
+        pages.put(Page { angle: atan2(r.dot(y), r.dot(x)), rises, half, flap });
     }
     sort::by(&mut pages, |a, b| a.angle.total_cmp(&b.angle).then(a.half.cmp(&b.half)));
     pages

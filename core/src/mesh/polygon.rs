@@ -260,6 +260,7 @@ impl<'a> EarRing<'a> {
 mod tests {
     use super::*;
     use crate::base::{random, real};
+    use approx::assert_abs_diff_eq;
     use std::vec::Vec;
     use std::{assert, assert_eq, vec};
 
@@ -292,7 +293,7 @@ mod tests {
         let areas = areas(points, &triangles);
         let whole = newell(points).z / 2.0;
         assert!(areas.iter().all(|a| *a > 0.0), "{areas:?}");
-        assert!((areas.iter().sum::<f64>() - whole).abs() <= 1e-12 * whole);
+        assert_abs_diff_eq!(areas.iter().sum::<f64>(), whole, epsilon = 1e-12 * whole);
     }
 
     #[test]

@@ -56,12 +56,13 @@ impl AddAssign for Quadric {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn two_planes_give_the_sum_of_their_squared_distances() {
         let mut q = Quadric::plane(DVec3::new(0.6, 0.8, 0.0), DVec3::new(1.0, 0.0, 0.0), 2.0);
         q += Quadric::plane(DVec3::Z, DVec3::new(5.0, 5.0, 1.0), 3.0);
         // Distances 0.6 * (2 - 1) + 0.8 * 1 = 1.4 and 2; a dozen roundings of numbers below 20: 1e-14.
-        assert!((q.at(DVec3::new(2.0, 1.0, 3.0)) - (2.0 * 1.96 + 3.0 * 4.0)).abs() < 1e-14);
+        assert_abs_diff_eq!(q.at(DVec3::new(2.0, 1.0, 3.0)), 2.0 * 1.96 + 3.0 * 4.0, epsilon = 1e-14);
     }
 }

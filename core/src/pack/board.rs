@@ -8,6 +8,7 @@ use super::mask::Mask;
 use super::placement::Gap;
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use core::ops::Range;
 
 /// The raster square: what is blocked, and how far each cell is from that.
@@ -160,11 +161,11 @@ impl<'a> Board<'a> {
         let (side, words) = (self.side, self.side / 64);
         let window = columns.0..columns.1;
         for y in rows.0.max(1)..rows.1 {
-            let (above, here) = self.distance.split_at_mut_checked(y * side).unwrap_or_default();
+            let (above, here) = self.distance.parted_mut(y * side);
             relax_row(&mut here[..side], &above[(y - 1) * side..], window.clone(), false);
         }
         for y in (rows.0..rows.1).rev() {
-            let (here, below) = self.distance.split_at_mut_checked((y + 1) * side).unwrap_or_default();
+            let (here, below) = self.distance.parted_mut((y + 1) * side);
             let row = &mut here[y * side..];
             if !below.is_empty() {
                 relax_row(row, &below[..side], window.clone(), true);

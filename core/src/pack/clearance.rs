@@ -8,6 +8,7 @@ use super::outline::{self, BorderEdge, Outlines};
 use super::placement::Pose;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
+use crate::plane::segment::segments_apart;
 use glam::DVec2;
 
 /// Segments under one box.
@@ -167,23 +168,4 @@ impl Placed<'_> {
         }
         winding != 0
     }
-}
-
-/// Distance of two segments; 0 where they cross.
-pub(super) fn segments_apart(a: BorderEdge, b: BorderEdge) -> f64 {
-    let side = |e: BorderEdge, p: DVec2| (e[1] - e[0]).perp_dot(p - e[0]);
-    let crosses =
-        |e: BorderEdge, f: BorderEdge| side(e, f[0]) * side(e, f[1]) < 0.0 && side(f, e[0]) * side(f, e[1]) < 0.0;
-    if crosses(a, b) {
-        return 0.0;
-    }
-    let ends = [to_segment(a[0], b), to_segment(a[1], b), to_segment(b[0], a), to_segment(b[1], a)];
-    crate::base::real::sqrt(ends.into_iter().fold(f64::INFINITY, f64::min))
-}
-
-/// Squared distance of a point from a segment.
-pub(super) fn to_segment(p: DVec2, [a, b]: BorderEdge) -> f64 {
-    let (along, length) = (b - a, (b - a).length_squared());
-    let t = if length > 0.0 { ((p - a).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
-    (p - a - along * t).length_squared()
 }

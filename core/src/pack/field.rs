@@ -7,10 +7,10 @@
 //! Limits: between nodes the field is bilinear, so depth is right to a fraction of a lattice step at corners; the
 //! exact check has the last word.
 
-use super::clearance::to_segment;
 use super::outline::{BorderEdge, Outlines};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::plane::segment::to_segment;
 use glam::{DVec2, Vec2};
 
 /// Lattice nodes for all charts together; with 2^17 the step is about 1/250 of the square's side, four texels of 1024.

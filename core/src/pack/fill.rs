@@ -12,6 +12,7 @@ use super::mask::Mask;
 use super::outline::{self, Outlines, common_box};
 use super::placement::{Gap, Pose};
 use crate::base::real;
+use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;
@@ -135,7 +136,7 @@ pub(super) fn improve(
             board: Board::new(raster, &mut frame)?,
         };
         lane.trial[..fixed.charts].copy_from(&poses[..fixed.charts]);
-        let _ = lanes.push(lane);
+        lanes.put(lane);
     }
     for_each_chunk(workers, &mut lanes, 1, &|_, lane| {
         lane.iter_mut().for_each(|l| l.search(outlines, upright, gap, turns))

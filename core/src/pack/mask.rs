@@ -6,6 +6,7 @@
 
 use super::outline::BorderEdge;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::sort;
 use glam::DVec2;
 use heapless::Vec;
@@ -133,12 +134,12 @@ impl<'a> Mask<'a> {
         let (w, h) = (self.width, self.height);
         let depth = &mut self.depth[..w * h];
         for y in 0..h {
-            let (above, rest) = depth.split_at_mut_checked(y * w).unwrap_or_default();
+            let (above, rest) = depth.parted_mut(y * w);
             relax_row(&mut rest[..w], above.len().checked_sub(w).map(|last| &above[last..]), false);
         }
         let mut best = [Pole { x: 0, y: 0, depth: 0 }; 16];
         for y in (0..h).rev() {
-            let (rest, below) = depth.split_at_mut_checked((y + 1) * w).unwrap_or_default();
+            let (rest, below) = depth.parted_mut((y + 1) * w);
             let row = &mut rest[y * w..];
             relax_row(row, below.get(..w), true);
             let part = &mut best[y * 4 / h * 4..][..4];

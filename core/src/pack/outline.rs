@@ -10,6 +10,7 @@ use super::placement::Pose;
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
+use crate::plane::hull::convex_hull;
 use glam::DVec2;
 
 /// A directed border edge; the chart lies to its left.
@@ -261,25 +262,4 @@ fn centre_on_box(edges: &mut [BorderEdge], centre: &mut DVec2, unit: f64) {
     *centre = if edges.is_empty() { DVec2::ZERO } else { 0.5 * (corners[0] + corners[1]) };
     let centre = *centre;
     edges.iter_mut().for_each(|e| *e = e.map(|p| (p - centre) * unit));
-}
-
-/// Andrew's monotone chain: corners counter-clockwise into `hull`; the answer is their number. Sorts `points`.
-fn convex_hull(hull: &mut [DVec2], points: &mut [DVec2]) -> usize {
-    sort::by(points, |a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    let n = points.len();
-    let mut len = 0;
-    let mut push = |p: DVec2, len: &mut usize, base: usize| {
-        while *len >= base + 2 && (hull[*len - 1] - hull[*len - 2]).perp_dot(p - hull[*len - 1]) <= 0.0 {
-            *len -= 1;
-        }
-        // n points need at most n places: the first one is never pushed again.
-        if *len < hull.len() {
-            hull[*len] = p;
-            *len += 1;
-        }
-    };
-    points.iter().for_each(|&p| push(p, &mut len, 0));
-    let base = len.saturating_sub(1);
-    (1..n.saturating_sub(1)).rev().for_each(|i| push(points[i], &mut len, base));
-    len
 }

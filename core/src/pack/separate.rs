@@ -14,6 +14,7 @@ use super::field::{self, Fields};
 use super::outline::{self, Outlines};
 use super::placement::{Gap, Pose};
 use super::settings::PackSettings;
+use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;
@@ -99,7 +100,7 @@ pub(super) fn improve(
             work: 0.0,
         };
         lane.best.copy_from(poses);
-        let _ = lanes.push(lane);
+        lanes.put(lane);
     }
     let work = WORK * settings.effort * if real_charts <= FEW { FEW_WORK } else { 1.0 };
     for_each_chunk(workers, &mut lanes, 1, &|_, lane| lane.iter_mut().for_each(|l| l.search(work)));
@@ -310,7 +311,7 @@ impl SeparationLane<'_> {
         let now = self.bodies[chart];
         let mut best = heapless::Vec::<(f32, Body), REFINED>::new();
         let loss = self.loss(chart, &now, f32::INFINITY);
-        let _ = best.push((loss, now));
+        best.put((loss, now));
         for sample in 0..GLOBAL + LOCAL {
             let random = [self.draw(), self.draw(), self.draw()];
             let body = if sample < GLOBAL {
@@ -335,7 +336,7 @@ impl SeparationLane<'_> {
                 if best.is_full() {
                     best.pop();
                 }
-                let _ = best.push((loss, body));
+                best.put((loss, body));
                 sort::by(&mut best, |a, b| a.0.total_cmp(&b.0).then(a.1.angle.total_cmp(&b.1.angle)));
             }
         }

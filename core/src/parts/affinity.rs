@@ -130,7 +130,7 @@ fn laplacian(matrix: &mut [f64], adjacent: &mut [u8], dual: &Dual, patches: &Pat
 /// Turns a symmetric positive definite matrix into its inverse, in place: sweeps of one pivot after the other.
 fn invert(matrix: &mut [f64], m: usize) {
     for k in 0..m {
-        let (above, mut below) = matrix.split_at_mut_checked(k * m).unwrap_or_default();
+        let (above, mut below) = matrix.parted_mut(k * m);
         let pivot_row = take_first(&mut below, m);
         let scale = 1.0 / pivot_row[k];
         pivot_row.iter_mut().for_each(|x| *x *= scale);
@@ -191,7 +191,7 @@ fn turns(
 
 /// Row `k` to read and row `i` to write, different ones.
 fn pair_of_rows(matrix: &mut [f64], m: usize, k: usize, i: usize) -> (&[f64], &mut [f64]) {
-    let (low, high) = matrix.split_at_mut_checked(k.max(i) * m).unwrap_or_default();
+    let (low, high) = matrix.parted_mut(k.max(i) * m);
     if k < i { (&low[k * m..k * m + m], &mut high[..m]) } else { (&high[..m], &mut low[i * m..i * m + m]) }
 }
 
@@ -218,6 +218,7 @@ fn eye_of(surface: &PartSurface, face: u32, width: f64) -> Vec3 {
 mod tests {
     use super::*;
     use crate::base::random::unit_f64;
+    use approx::assert_abs_diff_eq;
     use std::vec::Vec;
 
     #[test]
@@ -248,7 +249,7 @@ mod tests {
         invert(&mut matrix, 3);
         let resistance = |i: usize, j: usize| matrix[4 * i] + matrix[4 * j] - 2.0 * matrix[3 * i + j];
         for (i, j, expected) in [(0, 1, 0.5), (1, 2, 2.0), (0, 2, 2.5)] {
-            assert!((resistance(i, j) - expected).abs() < 1e-6, "{}", resistance(i, j));
+            assert_abs_diff_eq!(resistance(i, j), expected, epsilon = 1e-6);
         }
     }
 }

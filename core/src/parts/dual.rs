@@ -53,6 +53,7 @@ impl<'a> Dual<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use core::f64::consts::FRAC_PI_2;
     use glam::DVec3;
     use std::vec;
@@ -67,7 +68,7 @@ mod tests {
             let mut bytes = vec![0; dual_need(2)];
             let dual = Dual::new(mesh, &[3, NONE, NONE, 0, NONE, NONE], &mut Scratch::new(&mut bytes)).unwrap();
             assert_eq!((dual.sides, dual.length), (&[[0, 1]][..], &[2.0][..]));
-            assert!((dual.turn[0] - turn).abs() < 1e-15, "{}", dual.turn[0]);
+            assert_abs_diff_eq!(dual.turn[0], turn, epsilon = 1e-15);
             assert_eq!(dual.area, [1.0, 1.0]);
         }
     }

@@ -7,6 +7,7 @@
 //! Dempster, Laird, Rubin 1977. Equal input gives equal bits; a local optimum is all that is promised.
 
 use crate::base::real;
+use crate::base::room::Room;
 use crate::base::sort;
 use core::f64::consts::TAU;
 
@@ -100,7 +101,7 @@ pub fn fit(histogram: &Histogram, components: usize) -> (Mixture, f64) {
     let mut mixture = Mixture::new();
     for i in 0..k {
         let mean = histogram.quantile((i as f64 + 0.5) / k as f64);
-        mixture.push(Component { weight: 1.0 / k as f64, mean, variance: 0.1 / (k * k) as f64 }).ok();
+        mixture.put(Component { weight: 1.0 / k as f64, mean, variance: 0.1 / (k * k) as f64 });
     }
     let mut likelihood = f64::NEG_INFINITY;
     for _ in 0..ROUNDS {
@@ -154,6 +155,7 @@ pub fn fit_auto(histogram: &Histogram) -> Mixture {
 mod tests {
     use super::*;
     use crate::base::random::unit_f64;
+    use approx::assert_abs_diff_eq;
     use std::vec::Vec;
 
     /// Sums of twelve uniform values are nearly normal.
@@ -169,8 +171,11 @@ mod tests {
         assert_eq!(mixture.len(), 2);
         // Standard errors of mean and deviation are below 0.002; five of them.
         let [a, b] = [mixture[0], mixture[1]];
-        assert!((a.weight - 0.75).abs() < 1e-3 && (a.mean - 0.2).abs() < 0.005 && (b.mean - 0.7).abs() < 0.01);
-        assert!((real::sqrt(a.variance) - 0.03).abs() < 0.005 && (real::sqrt(b.variance) - 0.05).abs() < 0.01);
+        assert_abs_diff_eq!(a.weight, 0.75, epsilon = 1e-3);
+        assert_abs_diff_eq!(a.mean, 0.2, epsilon = 0.005);
+        assert_abs_diff_eq!(b.mean, 0.7, epsilon = 0.01);
+        assert_abs_diff_eq!(real::sqrt(a.variance), 0.03, epsilon = 0.005);
+        assert_abs_diff_eq!(real::sqrt(b.variance), 0.05, epsilon = 0.01);
     }
 
     #[test]

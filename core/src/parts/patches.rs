@@ -198,6 +198,7 @@ mod tests {
     use super::*;
     use crate::parts::dual::dual_need;
     use crate::parts::turned_tests::{Turned, dumbbell};
+    use approx::assert_abs_diff_eq;
     use std::vec;
 
     fn run(shape: &Turned, short: usize, check: impl FnOnce(&Patches)) -> Result<(), ScratchTooSmall> {
@@ -223,7 +224,7 @@ mod tests {
                 assert_eq!(patches.of[*middle as usize] as usize, p);
             }
             // A few hundred sums of shares.
-            assert!((patches.area.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+            assert_abs_diff_eq!(patches.area.iter().sum::<f64>(), 1.0, epsilon = 1e-12);
         })
         .unwrap();
     }

@@ -2,6 +2,7 @@
 //!
 //! Guarantee: what a piece becomes depends on no other piece, and on no number of threads.
 
+use crate::base::room::Room;
 use crate::base::scratch::Scratch;
 use crate::base::slices::take_first;
 use crate::base::workers::{Serial, Workers, for_each_chunk};
@@ -70,13 +71,13 @@ pub fn unwrap_pieces(
                     break;
                 }
                 let (uv, cut) = (take_first(&mut uv_left, len), take_first(&mut cut_left, len));
-                jobs.push(PieceJob { piece: p, uv, cut, scratch: Some(wave.split(need)?), result: Ok(()) }).ok();
+                jobs.put(PieceJob { piece: p, uv, cut, scratch: Some(wave.split(need)?), result: Ok(()) });
                 p += 1;
             }
             for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(pieces, budget));
             for job in &jobs {
                 match job.result {
-                    Err(SeamError::Scratch(_)) => short.push(job.piece).unwrap_or_default(),
+                    Err(SeamError::Scratch(_)) => short.put(job.piece),
                     result => result?,
                 }
             }

@@ -7,6 +7,7 @@
 use super::learning::{LearnScene, Learning, MOST};
 use super::report::UnwrapError;
 use crate::base::progress::{Progress, Stage};
+use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Serial, for_each_chunk};
@@ -99,7 +100,7 @@ pub(super) fn train_pieces(
                 curve: take(&mut curve),
             };
             let run = begin(output, piece, began, &settings, scene, memory)?;
-            jobs.push(TrainingJob { run, goes_on: Ok(true) }).ok();
+            jobs.put(TrainingJob { run, goes_on: Ok(true) });
         }
         let mut lead = 0;
         while jobs.iter().any(|job| job.goes_on == Ok(true)) {

@@ -1,6 +1,7 @@
 //! Areas of convex hulls: of few points exactly, of many by their extremes.
 
 use crate::base::real::{cos, sin};
+use crate::base::room::Room;
 use crate::base::sort;
 use core::f64::consts::TAU;
 use glam::DVec2;
@@ -31,7 +32,7 @@ pub fn hull_of(points: impl Iterator<Item = DVec2>) -> f64 {
 pub fn hull_area(count: usize, point: impl Fn(usize) -> DVec2) -> f64 {
     let mut points = heapless::Vec::<DVec2, { MOST + 2 }>::new();
     for i in 0..count.min(MOST + 2) {
-        points.push(point(i)).ok();
+        points.put(point(i));
     }
     sort::by(&mut points, |a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let mut twice = 0.0;
@@ -44,16 +45,38 @@ pub fn hull_area(count: usize, point: impl Fn(usize) -> DVec2) -> f64 {
             {
                 hull.pop();
             }
-            hull.push(p).ok();
+            hull.put(p);
         }
         twice += hull.windows(2).map(|e| e[0].perp_dot(e[1])).sum::<f64>();
     }
     0.5 * twice
 }
 
+/// Andrew's monotone chain: corners counter-clockwise into `hull`; the answer is their number. Sorts `points`.
+pub fn convex_hull(hull: &mut [DVec2], points: &mut [DVec2]) -> usize {
+    sort::by(points, |a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let n = points.len();
+    let mut len = 0;
+    let mut push = |p: DVec2, len: &mut usize, base: usize| {
+        while *len >= base + 2 && (hull[*len - 1] - hull[*len - 2]).perp_dot(p - hull[*len - 1]) <= 0.0 {
+            *len -= 1;
+        }
+        // n points need at most n places: the first one is never pushed again.
+        if *len < hull.len() {
+            hull[*len] = p;
+            *len += 1;
+        }
+    };
+    points.iter().for_each(|&p| push(p, &mut len, 0));
+    let base = len.saturating_sub(1);
+    (1..n.saturating_sub(1)).rev().for_each(|i| push(points[i], &mut len, base));
+    len
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn the_hull_of_many_points_is_that_of_their_extremes() {
@@ -63,7 +86,7 @@ mod tests {
         // A polygon of n = 32 corners covers n / TAU sin(TAU / n) = .9936 of its circle.
         let circle = (0..3200).map(|i| DVec2::new(cos(TAU * f64::from(i) / 3200.0), sin(TAU * f64::from(i) / 3200.0)));
         let share = hull_of(circle) / (0.5 * TAU);
-        assert!((share - 0.9936).abs() < 1e-3, "{share}");
+        assert_abs_diff_eq!(share, 0.9936, epsilon = 1e-3);
     }
 
     #[test]

@@ -1,6 +1,7 @@
-//! Geometry of the plane: the integer grid of UVs, exact overlaps on it, hulls, rigid motions.
+//! Geometry of the plane: the integer grid of UVs, exact overlaps on it, hulls, rigid motions, segments.
 
 pub mod grid;
 pub mod hull;
 pub mod motion;
 pub mod overlap;
+pub mod segment;

@@ -9,6 +9,7 @@
 
 use super::grid::{GridTriangle, counter_clockwise, doubled_area, some_side_separates};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::base::stack::Stack;
 use crate::base::workers::{Workers, for_each_chunk};
@@ -200,7 +201,7 @@ impl<'a> BoxTree<'a> {
         start[1] = triangles.len().div_ceil(CHILDREN);
         while start[levels + 1] - start[levels] > 1 {
             levels += 1;
-            let (below, above) = nodes.split_at_mut_checked(start[levels]).unwrap_or_default();
+            let (below, above) = nodes.parted_mut(start[levels]);
             let below = &below[start[levels - 1]..];
             start[levels + 1] = start[levels] + below.len().div_ceil(CHILDREN);
             for (i, c) in below.chunks(CHILDREN).enumerate() {

@@ -1,7 +1,7 @@
 //! The cost of a cut along each edge: its length, times what is seen of it, times how much it is noticed there.
-//!
-//!     cost = length (OPEN + SEEN exposure) notice weight
-//!
+//! ```text
+//! cost = length (OPEN + SEEN exposure) notice weight
+//! ```
 //! notice falls from 1 where the surface runs on to LEAST_NOTICE where it turns sharply or the file's shading breaks. Artists
 //! cut where the surface turns and hardly ask for exposure: over sixty of their atlases .006 of all edges that turn below a
 //! degree are seams, .03 from 10 to 20, .13 from 40 to 60, .5 above 90; .11 of what is half hidden and .08 of what is open.

@@ -43,6 +43,7 @@ mod tests {
     use super::*;
     use crate::base::scratch::Scratch;
     use crate::mesh::topology::{twins, twins_need};
+    use approx::assert_abs_diff_eq;
     use glam::DVec3;
     use std::vec;
     use std::vec::Vec;
@@ -79,7 +80,8 @@ mod tests {
         let positions = [at(0.0), at(1.0)].concat();
         let quads = [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6]];
         let step = |tolerance: f64| seen(&positions, &quads, tolerance).into_iter().map(|(_, t)| t).fold(0.0, f64::max);
-        assert!((step(0.0) - 45.0).abs() < 1e-9 && (step(1e-8) - 45.0).abs() < 0.02);
+        assert_abs_diff_eq!(step(0.0), 45.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(step(1e-8), 45.0, epsilon = 0.02);
         assert_eq!(step(1e-3), 0.0);
     }
 

@@ -99,6 +99,7 @@ pub fn turned_frame(n: Vec3, seed: u64, index: u64) -> [Vec3; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use std::vec;
 
     fn set(count: usize, spread: Spread) -> vec::Vec<Vec3> {
@@ -136,7 +137,9 @@ mod tests {
             let n = [v / v.length(), Vec3::Z, -Vec3::Z, Vec3::X][if i < 4 { i as usize } else { 0 }];
             let [t, b] = turned_frame(n, 1, i);
             // Some ten roundings of numbers up to 1 each.
-            assert!((t.cross(b) - n).length() < 2e-6 && t.dot(b).abs() < 1e-6 && (t.length() - 1.0).abs() < 1e-6);
+            assert!((t.cross(b) - n).length() < 2e-6);
+            assert!(t.dot(b).abs() < 1e-6);
+            assert_abs_diff_eq!(t.length(), 1.0, epsilon = 1e-6);
         }
         assert!(turned_frame(Vec3::Z, 1, 0)[0].distance(turned_frame(Vec3::Z, 1, 1)[0]) > 1e-3);
     }

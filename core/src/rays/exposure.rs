@@ -128,6 +128,7 @@ mod tests {
     use super::*;
     use crate::base::workers::Serial;
     use crate::rays::cast::tests::{scene, terrain};
+    use approx::assert_abs_diff_eq;
     use core::f32::consts::{FRAC_1_SQRT_2, PI};
     use std::{thread, vec, vec::Vec};
 
@@ -161,10 +162,10 @@ mod tests {
         // At distance d from a long wall of height h the sky's cosine-weighted part is (1 + d/sqrt(d^2 + h^2)) / 2. At
         // 0.05 the wall's ends and top cut less than 0.004 off; the lattice has an error of about 1/rays per border.
         let e = expose(&corner(), &[Vec3::new(0.05, 0.0, 0.0)], &[Vec3::Z], Spread::Cosine)[0];
-        assert!((e - (1.0 + 0.05 / 1.00125) / 2.0).abs() < 0.006, "{e}");
+        assert_abs_diff_eq!(e, (1.0 + 0.05 / 1.00125) / 2.0, epsilon = 0.006);
         // Uniform: half the directions point at the wall, of them the share atan-like above its top is small.
         let u = expose(&corner(), &[Vec3::new(0.005, 0.0, 0.0)], &[Vec3::Z], Spread::Uniform)[0];
-        assert!((u - 0.5).abs() < 0.01, "{u}");
+        assert_abs_diff_eq!(u, 0.5, epsilon = 0.01);
     }
 
     #[test]
@@ -173,7 +174,7 @@ mod tests {
         // half angle 45 degrees holds sin(45) of the weight.
         let n = Vec3::new(FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2);
         let e = expose(&corner(), &[Vec3::ZERO], &[n], Spread::Cosine)[0];
-        assert!((e - FRAC_1_SQRT_2).abs() < 0.01, "{e}");
+        assert_abs_diff_eq!(e, FRAC_1_SQRT_2, epsilon = 0.01);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 //! Guarantee: two disks glued along one run of edges are one disk; no flip, no overlap. Cost: a pass over the neighbour's
 //! faces a trial; trials are bounded.
 
-use crate::base::real::{for_decision, sqrt};
+use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
 use crate::base::workers::Serial;
@@ -15,6 +15,7 @@ use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::mesh::view::{NONE, next};
 use crate::plane::grid::{GridPoint, grid_bits, interiors_meet};
+use crate::plane::motion::Motion;
 use crate::solve::piece::{Piece, Stop};
 use crate::solve::relax::{relax, relax_need};
 use bytemuck::{Pod, Zeroable};
@@ -314,18 +315,8 @@ impl<'t> Trial<'t> {
             seam[i as usize + 1] = self.node(next(c));
             target[i as usize + 1] = uv[t as usize];
         }
-        let n = seam.len() as f64;
-        let from: DVec2 = seam.iter().map(|s| self.x[*s as usize]).sum::<DVec2>() / n;
-        let to: DVec2 = target.iter().copied().sum::<DVec2>() / n;
-        let (mut dot, mut cross) = (0.0, 0.0);
-        for (s, t) in seam.iter().zip(target.iter()) {
-            let (a, b) = (self.x[*s as usize] - from, *t - to);
-            dot += a.dot(b);
-            cross += a.perp_dot(b);
-        }
-        let length = sqrt(dot * dot + cross * cross);
-        let turn = if length > 0.0 { DVec2::new(dot, cross) / length } else { DVec2::X };
-        self.x.iter_mut().for_each(|x| *x = turn.rotate(*x - from) + to);
+        let motion = Motion::fit(|| seam.iter().zip(target.iter()).map(|(s, t)| (self.x[*s as usize], *t, 1.0)));
+        self.x.iter_mut().for_each(|x| *x = motion.apply(*x));
         self.held.fill(0);
         for (s, t) in seam.iter().zip(target.iter()) {
             self.x[*s as usize] = *t;

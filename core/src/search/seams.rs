@@ -467,6 +467,7 @@ fn cut_by_proxy(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn gathering_lets_go_of_distorted_faces_but_not_of_the_worst() {
@@ -481,7 +482,7 @@ mod tests {
         gather(&mut rest, &uv);
         // Excess energies 0, .27 and 46, capped mean .42: (1 + t / 10) / sqrt(1 + t) is 1, .83 and 1.13.
         let factor = |f: usize| rest[f].weight / 0.5;
-        assert!((factor(0) - 1.0).abs() < 1e-12, "{}", factor(0));
+        assert_abs_diff_eq!(factor(0), 1.0, epsilon = 1e-12);
         assert!(factor(1) < 0.9 && factor(2) > 1.1, "{} {}", factor(1), factor(2));
     }
 }

@@ -279,6 +279,7 @@ fn add_square(hessian: &mut [f64; 21], factor: f64, e: &[f64; 6]) {
 mod tests {
     use super::*;
     use crate::base::random::unit_f64;
+    use approx::assert_abs_diff_eq;
 
     fn triangle(seed: u64) -> (Rest, [DVec2; 3]) {
         let r = |i| unit_f64(seed, 7, i);
@@ -291,7 +292,7 @@ mod tests {
         let rest = Rest::new([DVec3::ZERO, DVec3::X, DVec3::new(0.3, 0.8, 0.0)], 0.0);
         let x = [DVec2::ZERO, DVec2::new(0.0, 1.0), DVec2::new(-0.8, 0.3)];
         // A few roundings of values near 1.
-        assert!((rest.energy(x) - 4.0).abs() < 1e-13);
+        assert_abs_diff_eq!(rest.energy(x), 4.0, epsilon = 1e-13);
         assert!(rest.derivatives(x).0.iter().all(|g| g.abs() < 1e-13));
     }
 
@@ -404,7 +405,8 @@ mod tests {
         let mut rest = [triangle(1.0), triangle(3.0), triangle(0.0)];
         even_out(&mut rest[..2]);
         // Areas 1 and 3, their mean 2.
-        assert!((rest[0].weight - 1.5).abs() < 1e-12 && (rest[1].weight - 2.5).abs() < 1e-12);
+        assert_abs_diff_eq!(rest[0].weight, 1.5, epsilon = 1e-12);
+        assert_abs_diff_eq!(rest[1].weight, 2.5, epsilon = 1e-12);
         let before = rest[2].weight;
         even_out(&mut rest[2..]);
         assert_eq!(rest[2].weight, before, "a face without area stays light");

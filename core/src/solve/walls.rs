@@ -244,6 +244,7 @@ impl<'w> Walls<'w> {
 mod tests {
     use super::*;
     use crate::solve::energy::Rest;
+    use approx::assert_abs_diff_eq;
     use glam::DVec3;
     use std::vec;
     use std::vec::Vec;
@@ -307,7 +308,7 @@ mod tests {
         with_walls(|walls, _| {
             let x = points(0.5);
             let fall = [DVec2::ZERO, DVec2::ZERO, DVec2::ZERO, DVec2::new(0.1, -1.0)];
-            assert!((walls.limit(&x, &fall, 2.0) - 0.5).abs() < 1e-12);
+            assert_abs_diff_eq!(walls.limit(&x, &fall, 2.0), 0.5, epsilon = 1e-12);
             assert_eq!(walls.limit(&x, &fall, 0.4), 0.4);
             // Past the end of the edge from 0 to 1 the node goes free, but the edge from 2 to 3 sweeps over node 0.
             let past = [DVec2::ZERO, DVec2::ZERO, DVec2::ZERO, DVec2::new(-1.0, -1.0)];

@@ -1,5 +1,6 @@
 //! Values and tables of a tape: where each lies in the slices of a replay.
 
+use crate::base::slices::Slices;
 use core::ops::Range;
 
 /// Entry of a table that names no row: a missing neighbour.
@@ -40,7 +41,7 @@ impl Var {
 
     /// All that lies before it, and its own part, to be written.
     pub(super) fn split<T>(self, slice: &mut [T]) -> (&mut [T], &mut [T]) {
-        let (before, rest) = slice.split_at_mut_checked(self.at).unwrap_or_default();
+        let (before, rest) = slice.parted_mut(self.at);
         (before, &mut rest[..self.count()])
     }
 }

@@ -8,6 +8,7 @@ use crate::mesh::repair::{Facing, RepairError, RepairSummary, repair, repair_nee
 use crate::mesh::topology::{fan, twins, twins_need, vertex_corners};
 use crate::mesh::view::NONE;
 use crate::mesh::working::{DIAGONAL, Working};
+use approx::assert_abs_diff_eq;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::vec::Vec;
@@ -100,7 +101,8 @@ pub fn assert_promises(soup: &Soup, working: &Working, summary: &RepairSummary) 
     let high = mesh.positions.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
     // Centre and sides are each rounded once, to the size of the largest coordinate.
     let rounding = 4.0 * f64::EPSILON * (1.0 + working.centre.length() / working.extent);
-    assert!(((high - low).max_element() - 1.0).abs() < rounding && (low + high).abs().max_element() < rounding);
+    assert_abs_diff_eq!((high - low).max_element(), 1.0, epsilon = rounding);
+    assert!((low + high).abs().max_element() < rounding);
 
     assert_components(working, summary);
     assert_eq!(summary.split_vertices, {

@@ -26,7 +26,7 @@ const ROWS: usize = 8;
 pub(super) fn partial_cholesky(a: &mut [f64], m: usize, own: usize, workers: &dyn Workers) {
     for first in (0..own).step_by(BLOCK) {
         let last = (first + BLOCK).min(own);
-        let (head, behind) = a.split_at_mut_checked(last * m).unwrap_or_default();
+        let (head, behind) = a.parted_mut(last * m);
         let block = &mut head[first * m..];
         wide(
             #[inline(always)]
@@ -50,7 +50,7 @@ fn eliminate(block: &mut [f64], m: usize, Range { start: first, end }: Range<usi
     while p < count {
         let width = PANEL.min(count - p);
         for j in p..p + width {
-            let (head, tail) = block.split_at_mut_checked((j + 1) * m).unwrap_or_default();
+            let (head, tail) = block.parted_mut((j + 1) * m);
             let column = &mut head[j * m..];
             let row = first + j;
             let pivot = if column[row] > 0.0 { sqrt(column[row]) } else { 1e30 };
@@ -65,7 +65,7 @@ fn eliminate(block: &mut [f64], m: usize, Range { start: first, end }: Range<usi
                 }
             }
         }
-        let (head, tail) = block.split_at_mut_checked((p + width) * m).unwrap_or_default();
+        let (head, tail) = block.parted_mut((p + width) * m);
         update(tail, first + p + width, &head[p * m..], m);
         p += width;
     }

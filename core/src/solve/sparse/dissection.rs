@@ -5,6 +5,7 @@
 
 use super::boughs::{BoughPlan, plan};
 use super::front::Front;
+use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::base::sort;
@@ -108,7 +109,7 @@ fn dissect(
     let mut stamp = 2;
     let mut count = 0;
     let mut tasks = heapless::Vec::<DissectionTask, 256>::new();
-    tasks.push(DissectionTask::Split { first: 0, last: n }).ok();
+    tasks.put(DissectionTask::Split { first: 0, last: n });
     while let Some(task) = tasks.pop() {
         match task {
             DissectionTask::Emit { first, last, children } => {
@@ -121,15 +122,15 @@ fn dissect(
                 // Each level uses two entries more; a median split halves the range, so depth is at most log2(n) + 1.
                 let small = last - first <= LEAF || tasks.capacity() - tasks.len() < 3;
                 if small {
-                    tasks.push(DissectionTask::Emit { first, last, children: 0 }).ok();
+                    tasks.put(DissectionTask::Emit { first, last, children: 0 });
                     continue;
                 }
                 let (a_len, b_len) = part(&mut order[first..last], spare, side, &mut stamp, &graph);
                 let (m, e) = (first + a_len, first + a_len + b_len);
                 let children = u32::from(a_len > 0) + u32::from(b_len > 0);
-                tasks.push(DissectionTask::Emit { first: e, last, children }).ok();
-                tasks.push(DissectionTask::Split { first: m, last: e }).ok();
-                tasks.push(DissectionTask::Split { first, last: m }).ok();
+                tasks.put(DissectionTask::Emit { first: e, last, children });
+                tasks.put(DissectionTask::Split { first: m, last: e });
+                tasks.put(DissectionTask::Split { first, last: m });
             }
         }
     }
@@ -284,11 +285,12 @@ fn borders<'a>(
                 }
             }
             let mut children = heapless::Vec::<(usize, usize), 4>::new();
+            debug_assert!(open.len() >= front.children as usize, "children stand before their parent");
             for _ in 0..front.children {
                 if let Some(child) = open.pop() {
                     let child = fronts[child as usize];
                     let range = (child.border as usize, (child.border + child.border_len) as usize);
-                    children.push(range).ok();
+                    children.put(range);
                 }
             }
             for (from, to) in children {
@@ -304,7 +306,7 @@ fn borders<'a>(
             sort::ascending(&mut out[begin..len]);
             fronts[f].border = begin as u32;
             fronts[f].border_len = (len - begin) as u32;
-            open.push(f as u32).ok();
+            open.put(f as u32);
         }
         Some(len)
     };

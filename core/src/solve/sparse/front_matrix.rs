@@ -7,6 +7,7 @@
 use super::dense::partial_cholesky;
 use super::dissection::Symbolic;
 use super::front::Front;
+use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::base::workers::{Workers, for_each_chunk};
@@ -66,7 +67,7 @@ impl<'a> Updates<'a> {
         let end = self.top + front.update_len();
         write(&mut self.values[self.top..end]);
         self.top = end;
-        self.waiting.push(f as u32).ok();
+        self.waiting.put(f as u32);
     }
 
     /// Takes the one on top.
@@ -127,7 +128,7 @@ impl<'a> Bench<'a> {
         partial_cholesky(values, m, own, workers);
         for c in 0..own {
             let column = &values[c * m..(c + 1) * m];
-            let (done, below) = vector.split_at_mut_checked(c + 1).unwrap_or_default();
+            let (done, below) = vector.parted_mut(c + 1);
             done[c] /= column[c];
             below.iter_mut().zip(&column[c + 1..]).for_each(|(v, l)| *v -= done[c] * l);
         }
@@ -186,7 +187,7 @@ fn extend_add(
             let side = 2 * (border.len() - c);
             let (first, second) = (&rest[..side], &rest[side..2 * side - 1]);
             rest = &rest[2 * side - 1..];
-            let (head, tail) = columns[(to - begin) * m..].split_at_mut_checked(m).unwrap_or_default();
+            let (head, tail) = columns[(to - begin) * m..].parted_mut(m);
             head[to] += first[0];
             head[to + 1] += first[1];
             tail[to + 1] += second[0];

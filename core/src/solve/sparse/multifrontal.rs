@@ -9,6 +9,7 @@
 use super::boughs::LANES;
 use super::dissection::Symbolic;
 use super::front_matrix::{AddElements, Bench, Unknowns, Updates};
+use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::{Slices, take_first};
 use crate::base::workers::{Serial, Workers, for_each_chunk};
@@ -132,7 +133,7 @@ impl<'a> Factor<'a> {
                 bench: Some(Bench::new(plan.bough.front, symbolic.order.len(), &mut scratch)?),
                 updates: Some(Updates::new(plan.bough.stack, &mut scratch)?),
             };
-            jobs.push(job).ok();
+            jobs.put(job);
         }
         for_each_chunk(workers, &mut jobs, 1, &|_, job| {
             let job = &mut job[0];
@@ -181,7 +182,7 @@ impl<'a> Factor<'a> {
                 for (pair, p) in values.as_chunks_mut::<2>().0.iter_mut().zip(border) {
                     pair.copy_from(&y[2 * *p as usize..][..2]);
                 }
-                far.push(values).ok();
+                far.put(values);
             }
             let (mut y, mut columns) = (Cursor::new(&mut *y), Cursor::new(&mut *self.values));
             for (root, far) in plan.roots[boughs].iter().map(|r| *r as usize).zip(&far) {
@@ -202,7 +203,7 @@ impl<'a> Factor<'a> {
                     job.bench = Some(Bench::new(plan.bough.front, symbolic.order.len(), &mut frame)?);
                     job.updates = Some(Updates::new(plan.bough.stack, &mut frame)?);
                 }
-                jobs.push(job).ok();
+                jobs.put(job);
             }
             for_each_chunk(workers, &mut jobs, 1, &|_, job| {
                 job[0].eliminate(false, symbolic, add);
