@@ -11,7 +11,7 @@ use seamwright_core::learn::kernels::path::Path;
 use seamwright_core::learn::losses::{Loss, LossWeights};
 use seamwright_core::learn::run::train_need;
 use seamwright_core::learn::train::train;
-use seamwright_core::learn::training::{TrainError, TrainInput, TrainOutput, TrainSettings, Sample, Unwatched};
+use seamwright_core::learn::training::{Sample, TrainError, TrainInput, TrainOutput, TrainSettings, Unwatched};
 use seamwright_core::parts::settings::Count;
 use seamwright_core::pipeline::learned::learned_need;
 use seamwright_core::pipeline::learning::{LearnedSummary, Learning, MOST};

@@ -14,7 +14,7 @@ use seamwright_core::learn::backbone::Widths;
 use seamwright_core::learn::kernels::path::Path;
 use seamwright_core::learn::losses::{Loss, LossWeights};
 use seamwright_core::learn::train::train;
-use seamwright_core::learn::training::{TrainInput, TrainOutput, TrainSettings, Sample, TrainError, Unwatched};
+use seamwright_core::learn::training::{Sample, TrainError, TrainInput, TrainOutput, TrainSettings, Unwatched};
 use seamwright_core::mesh::normals::{NormalWeight, vertex_normals};
 use seamwright_core::mesh::view::MeshView;
 use seamwright_core::parts::settings::PartSettings;
