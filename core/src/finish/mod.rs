@@ -2,8 +2,10 @@
 //! [`place::place`] joins them.
 
 pub mod apart;
+pub mod crowding;
 pub mod fill;
 pub mod order;
+pub mod packing_cuts;
 pub mod place;
 pub mod settle;
 pub mod snap;

@@ -232,6 +232,20 @@ fn pack_charts<'f>(
     Ok(Packed { placements, margin, utilisation: packed.utilisation })
 }
 
+/// Share of the square that the charts fill when they are packed with `effort` times the effort asked for.
+pub fn pack_now(
+    uv: &[DVec2],
+    cut: &[u8],
+    placing: &Placing,
+    effort: f64,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<f64, ScratchTooSmall> {
+    let numbers = Numbers::new(cut, placing, &mut scratch)?;
+    let asked = PackSettings { effort: placing.packing.effort * effort, ..placing.packing };
+    Ok(pack_charts(uv, &numbers, uv_area(uv), 0, &asked, &mut scratch, workers)?.utilisation)
+}
+
 /// Rounds the placed charts to the grid; returns how many faces are not counter-clockwise there.
 fn onto_grid(
     grid: &mut [GridPoint],

@@ -6,12 +6,13 @@ use super::learned::{hybrid, neural};
 use super::learning::{LearnScene, Learning};
 use super::pieces::unwrap_pieces;
 use super::report::{Report, UnwrapError};
-use super::settings::{Charts, Settings};
+use super::settings::{Charts, Packing, Settings};
 use crate::base::progress::{Progress, Stage, tell};
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
 use crate::charts::pieces::{Pieces, pieces_need};
 use crate::finish::fill::{fill_dropped, fill_dropped_need};
+use crate::finish::packing_cuts::cut_to_pack;
 use crate::finish::place::{AtlasOutput, Maps, PlaceSummary, Placing, place};
 use crate::mesh::frame::to_own_frame;
 use crate::mesh::polygons::Counts;
@@ -131,10 +132,13 @@ pub fn unwrap_by(
         Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
         Method::Hybrid(learning) => hybrid(uv, cut, &scene, learning, frame.frame(), progress)?,
     }
+    let placing = Placing { pieces: &pieces, working: &working, parts: input.parts, packing: settings.pack(), mends };
+    if !budget.bulky && mends && settings.packing == Packing::Tight {
+        cut_to_pack(uv, cut, &placing, frame.frame(), workers)?;
+    }
     let forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
     tell(progress, Stage::Seams, total, total)?;
     let out = AtlasOutput { corner_uv: &mut *output.corner_uv, polygon_chart: output.polygon_chart };
-    let placing = Placing { pieces: &pieces, working: &working, parts: input.parts, packing: settings.pack(), mends };
     let placed = place(out, Maps { uv, cut }, &placing, frame, workers, progress)?;
     fill_dropped(output.corner_uv, &polygons, &working, scratch)?;
     let PlaceSummary { chart_count, distortion, utilisation, flipped, overlapping } = placed;

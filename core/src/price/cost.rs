@@ -16,9 +16,9 @@ use crate::mesh::working::{DIAGONAL, Working};
 
 /// Cost of a unit of length that nobody sees, and what being seen adds. Exposure to the power of 1.5, 2 and 4 was tried beside
 /// 1: at the same fill more is noticed.
-const OPEN: f64 = 0.1;
+const OPEN: f64 = 0.2;
 /// See [`OPEN`].
-const SEEN: f64 = 1.5;
+const SEEN: f64 = 3.0;
 /// Turn, in degrees, up to which a seam is noticed as on a flat face.
 const SMOOTH: f64 = 10.0;
 /// Turn from which on it is noticed the least. 40, where the eye's judge says so, leaves nothing to prefer among edges of 50
@@ -27,7 +27,7 @@ const SHARP: f64 = 80.0;
 /// What is noticed of a seam on a sharp edge.
 const LEAST_NOTICE: f64 = 0.05;
 /// What a cut costs under [`Prefer::Seams`] and [`Prefer::Fill`] over [`Prefer::Balance`].
-const DEARER: f64 = 4.0;
+const DEARER: f64 = 2.0;
 /// See [`DEARER`].
 const CHEAPER: f64 = 0.4;
 /// Cost of an edge that is forbidden: no distortion pays for it, but what must be cut to become flat at all is cut.
