@@ -275,7 +275,7 @@ fn draco(document: &Document, [m, p]: [usize; 2]) -> Option<FormatError> {
     extensions.contains_key(DRACO).then(|| {
         FormatError::whole(format!(
             "mesh {m} is compressed by Draco ({DRACO}), which is not read; decompress it first, for example with \
-             gltf-pipeline -i IN.glb -o OUT.glb"
+             gltf-transform copy IN.glb OUT.glb"
         ))
     })
 }
