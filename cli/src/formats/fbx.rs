@@ -21,9 +21,10 @@ pub use with_ufbx::read;
 mod with_ufbx {
     use super::*;
     use crate::formats::model::{Material, Piece};
-    use crate::mesh::polygons::{Mesh, NO_UV, SHADING_BREAK};
+    use crate::mesh::polygons::{Mesh, NO_UV};
     use crate::mesh::precision::of_doubles;
     use glam::{DMat3, DMat4, DVec2, DVec3, DVec4, Vec3};
+    use seamwright_core::price::given::BREAK;
 
     /// Reads an FBX. O(bytes).
     pub fn read(bytes: &[u8], reading: Reading) -> Result<Model, FormatError> {
@@ -174,7 +175,7 @@ mod with_ufbx {
                     let leaves = start + if is_mirrored { count - 1 - k } else { k };
                     self.corner(mesh, c, first, turned, uv);
                     let marks = self.model.mesh.edge_marks.get_or_insert_default();
-                    marks.push(if hard[leaves] { SHADING_BREAK } else { 0 });
+                    marks.push(if hard[leaves] { BREAK } else { 0 });
                 }
                 let end = self.model.mesh.corners.len() as u32;
                 self.model.mesh.polygon_start.push(end);
