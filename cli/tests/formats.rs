@@ -53,3 +53,26 @@ fn one_triangle_comes_through_in_every_format() {
         assert_eq!(text.contains("\no n\nf "), name == "a.gltf", "{text}");
     }
 }
+
+/// The polygons and the warnings of a fixture.
+fn fault(name: &str) -> Result<(usize, String), String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/faults").join(name);
+    load(&path).map(|loaded| (loaded.mesh().polygon_count(), loaded.warnings().join("\n"))).map_err(|e| e.to_string())
+}
+
+#[test]
+fn texts_are_read_whatever_their_line_ends_and_headers_are() {
+    for name in ["carriage_returns.stl", "one_line.stl", "byte_order_mark.stl"] {
+        assert_eq!(fault(name), Ok((2, String::new())), "{name}");
+    }
+    let (polygons, warning) = fault("rows_beyond_header.ply").expect("it is read");
+    assert!(
+        polygons == 2 && warning.contains("more values than the header names") && warning.contains("line 14"),
+        "{warning}"
+    );
+    let (polygons, warning) = fault("stray_header_line.ply").expect("it is read");
+    assert!(polygons == 2 && warning.contains("line 3") && warning.contains("Made by an exporter"), "{warning}");
+    let problem = fault("negative_index.ply").expect_err("it is refused");
+    assert!(problem.contains("face 1 names vertex -1"), "{problem}");
+    assert_eq!(fault("coloured_faces.off"), Ok((1, String::new())));
+}

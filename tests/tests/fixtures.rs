@@ -1,7 +1,7 @@
 //! The committed fixtures are what the generator makes, and they are what they say they are.
 
 use seamwright_tests::fixtures::nets::Mesh;
-use seamwright_tests::fixtures::{ALL, Fixture, GOLDEN, broken, check, digits, obj};
+use seamwright_tests::fixtures::{ALL, Fixture, GOLDEN, broken, check, digits, faults, obj};
 use seamwright_tests::solids;
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -40,6 +40,14 @@ fn the_generator_makes_every_broken_fixture_byte_for_byte() {
 }
 
 #[test]
+fn the_generator_makes_every_file_that_readers_got_wrong_byte_for_byte() {
+    for (name, bytes) in faults::files() {
+        let committed = fs::read(folder().join("faults").join(name)).unwrap_or_else(|e| panic!("faults/{name}: {e}"));
+        assert!(committed == bytes, "fixtures/faults/{name} is not what the generator makes");
+    }
+}
+
+#[test]
 fn the_generator_makes_the_meshes_of_the_golden_runs_byte_for_byte() {
     for (name, faces) in GOLDEN {
         same(&format!("golden/{name}.obj"), &Fixture::named(name).expect("a fixture").files(faces).0);
@@ -60,11 +68,12 @@ fn no_fixture_comes_from_elsewhere() {
         ALL.iter().any(|fixture| fixture.name == stem)
             || broken::files().iter().any(|(name, _)| *name == stem)
             || solids::KEPT.contains(&stem)
+            || faults::files().iter().any(|(name, _)| *name == file)
     };
-    for sub in ["", "broken", "golden", "solids"] {
+    for sub in ["", "broken", "faults", "golden", "solids"] {
         for entry in fs::read_dir(folder().join(sub)).expect("fixtures/ exists") {
             let name = entry.expect("a readable folder").file_name().into_string().expect("plain names");
-            let is_mesh = [".obj", ".ply", ".stl", ".glb"].iter().any(|ending| name.ends_with(ending));
+            let is_mesh = [".obj", ".ply", ".stl", ".off", ".glb"].iter().any(|ending| name.ends_with(ending));
             assert!(!is_mesh || known(&name), "fixtures/{sub}/{name} is not made by the generator");
         }
     }

@@ -31,9 +31,9 @@ pub enum Command {
     Apply(ApplyArgs),
     /// Find the parts of a mesh and write a label for each face
     Segment(SegmentArgs),
-    /// Print the figures of UV-mapped OBJ files, whatever tool made them
+    /// Print the figures of UV-mapped files, whatever tool made them
     Measure(MeasureArgs),
-    /// Draw a UV-mapped OBJ file: views, seams, checkerboard, atlas
+    /// Draw a UV-mapped file: views, seams, checkerboard, atlas
     Render(RenderArgs),
     /// Unwrap a built-in mesh, to see what the main job does
     Demo(DemoArgs),

@@ -8,9 +8,12 @@ use std::path::PathBuf;
 /// `measure`.
 #[derive(Debug, Args)]
 pub struct MeasureArgs {
-    /// UV-mapped OBJ files
-    #[arg(required = true, value_name = "FILE.obj")]
+    /// UV-mapped files
+    #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
+    /// Which set of UVs: TEXCOORD_N of a glTF, texcoordN of a PLY
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=15))]
+    pub uv_set: u32,
     /// Print JSON in place of a table: an object for one file, a list for several
     #[arg(long)]
     pub json: bool,

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// `segment`.
 #[derive(Debug, Args)]
 pub struct SegmentArgs {
-    /// The mesh (.obj, .ply, .stl, .off, .glb, .gltf)
+    /// The mesh (.obj, .ply, .stl, .off, .fbx, .glb, .gltf)
     pub mesh: PathBuf,
     /// What to write, by its ending: .seg (a label a line), .json (labels by face), coloured .ply or .glb
     #[arg(short, long, value_name = "OUT")]

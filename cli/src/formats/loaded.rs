@@ -1,6 +1,5 @@
 //! A mesh from a file, by the file's ending, and back to a file: the same one with other UVs where the format is the same.
 
-use super::error::FormatError;
 use super::format::Format;
 use super::gltf::file::GltfFile;
 use super::gltf::{compose as gltf_compose, read as gltf, write as gltf_write};
@@ -11,7 +10,7 @@ use super::ply::file::PlyFile;
 use super::ply::{compose as ply_compose, read as ply, write as ply_write};
 use super::reading::Reading;
 use super::target::{Files, Mapping, Target};
-use super::{off, stl};
+use super::{fbx, off, stl};
 use crate::base::failure::Failure;
 use crate::mesh::polygons::Mesh;
 use glam::DVec2;
@@ -19,7 +18,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The endings that [`load`] knows, for messages.
-pub const ENDINGS: &str = ".obj, .ply, .stl, .off, .glb and .gltf";
+pub const ENDINGS: &str = ".obj, .ply, .stl, .off, .fbx, .glb and .gltf";
 
 /// A mesh and what its file needs to be written back.
 pub struct Loaded {
@@ -61,7 +60,7 @@ pub fn load_as(path: &Path, reading: Reading) -> Result<Loaded, Failure> {
         Format::Stl => stl::read(&bytes).map(Content::Other),
         Format::Off => off::read(&bytes).map(|model| Content::Off(model, bytes)),
         Format::Glb | Format::Gltf => gltf::read(&bytes, folder, reading).map(|file| Content::Gltf(Box::new(file))),
-        Format::Fbx => Err(FormatError::whole("FBX is not read by this build; convert it to GLB first")),
+        Format::Fbx => fbx::read(&bytes, reading).map(Content::Other),
     };
     let content = content.map_err(|e| input_error(path, e.line, &e.problem))?;
     Ok(Loaded { path: path.to_path_buf(), content })

@@ -15,14 +15,12 @@ pub struct Mesh {
     pub corner_uv: Option<Vec<DVec2>>, // (c)
     /// Normal of each corner, of any length, where the file has any; zero where a corner has none.
     pub corner_normals: Option<Vec<Vec3>>, // (c)
-    /// What the file says of the edge from each corner to the next of its polygon: 0 or [`SHADING_BREAK`].
+    /// What the file says of the edge from each corner to the next of its polygon: marks of
+    /// [`EdgeData`](seamwright_core::price::given::EdgeData).
     pub edge_marks: Option<Vec<u8>>, // (c)
     /// How far positions may be from what they stand for; see [`precision`](super::precision).
     pub tolerance: f64,
 }
-
-/// Mark of an edge at which the shading breaks.
-pub const SHADING_BREAK: u8 = 2;
 
 /// No UV.
 pub const NO_UV: DVec2 = DVec2::NAN;

@@ -16,6 +16,7 @@ use seamwright_core::base::workers::Workers;
 use seamwright_core::pipeline::learned::learned_need;
 use seamwright_core::pipeline::learning::MOST;
 use seamwright_core::pipeline::{Input, Method, Output, Report, Settings, unwrap_by, unwrap_need};
+use seamwright_core::price::given::EdgeData;
 
 /// A UV atlas of a mesh.
 pub struct Atlas {
@@ -58,6 +59,12 @@ pub fn make_by(
     let input = Input {
         kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
         parts,
+        edges: EdgeData {
+            normals: mesh.corner_normals.as_deref(),
+            marks: mesh.edge_marks.as_deref(),
+            ..EdgeData::default()
+        },
+        tolerance: mesh.tolerance,
         ..Input::new(&mesh.positions, &mesh.corners, &mesh.polygon_start)
     };
     let mut atlas = empty(mesh);

@@ -6,6 +6,7 @@
 pub mod bytes;
 pub mod case;
 pub mod check;
+pub mod round_trip;
 pub mod seeds;
 
 /// Endings of the files that the target `files` writes and reads, by its first byte.

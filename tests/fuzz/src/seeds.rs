@@ -129,7 +129,7 @@ fn small_files() -> Vec<(&'static str, u8, Vec<u8>)> {
 
 /// Writes the seeds of all targets into `folder`, a folder each; `fixtures` is the repository's.
 pub fn write(folder: &Path, fixtures: &Path) -> std::io::Result<()> {
-    for target in ["unwrap", "border", "learned", "files"] {
+    for target in ["unwrap", "border", "learned", "files", "round_trip"] {
         fs::create_dir_all(folder.join(target))?;
     }
     for (name, mesh) in meshes() {
@@ -153,6 +153,21 @@ pub fn write(folder: &Path, fixtures: &Path) -> std::io::Result<()> {
     }
     for (name, kind, bytes) in small_files() {
         fs::write(folder.join("files").join(name), [&[kind][..], &bytes].concat())?;
+    }
+    for from in ["faults", "regressions", "broken"] {
+        for file in fs::read_dir(fixtures.join(from))?.flatten() {
+            let (path, name) = (file.path(), file.file_name().to_string_lossy().into_owned());
+            // The order of the target's endings.
+            let endings = ["obj", "ply", "stl", "glb", "gltf", "off", "fbx"];
+            let Some(kind) = endings.iter().position(|ending| name.ends_with(ending)) else { continue };
+            for choice in [0u8, 5] {
+                let head = [kind as u8, choice];
+                fs::write(
+                    folder.join("round_trip").join(format!("{name}_{choice}")),
+                    [&head[..], &fs::read(&path)?].concat(),
+                )?;
+            }
+        }
     }
     for from in ["regressions", "broken", ""] {
         for file in fs::read_dir(fixtures.join(from))?.flatten() {

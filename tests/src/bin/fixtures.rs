@@ -6,7 +6,7 @@
 //! `fixtures OUTDIR --solids PATTERN` writes OUTDIR/NAME.obj for every simple solid whose name matches, `*` for anything:
 //! thousands, a few kB each.
 
-use seamwright_tests::fixtures::{ALL, Fixture, GOLDEN, broken};
+use seamwright_tests::fixtures::{ALL, Fixture, GOLDEN, broken, faults};
 use seamwright_tests::solids;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -80,6 +80,10 @@ fn write_all(arguments: &Arguments) -> io::Result<()> {
         fs::create_dir_all(folder.join("broken"))?;
         for (name, text) in broken::files() {
             fs::write(folder.join("broken").join(name).with_extension("obj"), text)?;
+        }
+        fs::create_dir_all(folder.join("faults"))?;
+        for (name, bytes) in faults::files() {
+            fs::write(folder.join("faults").join(name), bytes)?;
         }
         fs::create_dir_all(folder.join("golden"))?;
         for (name, faces) in GOLDEN {

@@ -101,7 +101,11 @@ impl<'a> Edit<'a> {
         let mut lists = HashMap::new();
         for (at, surface) in pool.primitives.iter().zip(&pool.surfaces) {
             let s = of_surface.binary_search(surface).unwrap_or(0);
-            let indices = split.triangles[s].as_ref().map(|triangles| {
+            let [m, p] = *at;
+            let is_list = self.file.document.meshes[m].primitives[p].indices.is_some();
+            // Without indices all vertices are drawn, and now there are more.
+            let drawn = (!is_list && !split.copies.is_empty()).then(|| &self.file.surfaces[*surface].triangles);
+            let indices = split.triangles[s].as_ref().or(drawn).map(|triangles| {
                 let place = lists.entry(s).or_insert_with(|| self.indices(*at, *surface, pool, triangles));
                 *place
             });

@@ -159,6 +159,11 @@ impl GltfBuild<'_> {
         let (uv, normals) = (attribute(&texcoord(self.reading.uv_set), 2)?, attribute("NORMAL", 3)?);
         let colours = attribute("COLOR_0", self.colour_width(primitive))?;
         let triangles = triangles(mode, &indices);
+        let count = points.len() / 3;
+        if let Some(vertex) = triangles.as_flattened().iter().find(|vertex| **vertex as usize >= count) {
+            let text = format!("primitive {p} of mesh {m} names vertex {vertex} (all from 0), but there are {count}");
+            return Err(FormatError::whole(text + "; correct its indices"));
+        }
 
         let (mesh, node) = (&document.meshes[m], draw.node.map(|node| &document.nodes[node]));
         let material = primitive.material.filter(|m| *m < self.model.materials.len());
@@ -235,9 +240,7 @@ impl GltfBuild<'_> {
         let turned = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * place.determinant().signum();
         for [a, b, c] in &surface.triangles {
             for vertex in if surface.is_mirrored { [a, c, b] } else { [a, b, c] } {
-                // An index beyond its own primitive must not reach into the next one.
-                let inside = (*vertex as usize) < count;
-                mesh.corners.push(if inside { first as u32 + vertex } else { u32::MAX });
+                mesh.corners.push(first as u32 + vertex);
                 let at = 3 * *vertex as usize;
                 let normal = normals.and_then(|n| n.get(at..at + 3)).map(|n| turned * DVec3::new(n[0], n[1], n[2]));
                 all_normals.push(normal.map_or(Vec3::ZERO, |n| n.normalize_or_zero().as_vec3()));
@@ -272,7 +275,7 @@ fn draco(document: &Document, [m, p]: [usize; 2]) -> Option<FormatError> {
     extensions.contains_key(DRACO).then(|| {
         FormatError::whole(format!(
             "mesh {m} is compressed by Draco ({DRACO}), which is not read; decompress it first, for example with \
-             gltf-pipeline -i IN.glb -o OUT.glb"
+             gltf-transform copy IN.glb OUT.glb"
         ))
     })
 }

@@ -4,8 +4,8 @@
 //! faces have different groups or one of which has none. Faces before the first `s` line say nothing. Vertices at bit-equal
 //! positions are one, since files repeat them along borders. O(c log c) where there is more than one group, else O(p).
 
-use crate::mesh::polygons::SHADING_BREAK;
 use glam::DVec3;
+use seamwright_core::price::given::BREAK;
 use std::collections::HashMap;
 
 /// Group of a face before the first `s` line.
@@ -19,7 +19,7 @@ pub(super) fn group(word: &[u8]) -> Option<u32> {
     }
 }
 
-/// A mark of each corner: [`SHADING_BREAK`] where the shading breaks along the edge that leaves it. `None` where the groups
+/// A mark of each corner: [`BREAK`] where the shading breaks along the edge that leaves it. `None` where the groups
 /// break nothing. `polygon_start` as of a mesh, `groups` one a polygon.
 pub(super) fn breaks(positions: &[DVec3], corners: &[u32], polygon_start: &[u32], groups: &[u32]) -> Option<Vec<u8>> {
     let first = *groups.first()?;
@@ -47,7 +47,7 @@ pub(super) fn breaks(positions: &[DVec3], corners: &[u32], polygon_start: &[u32]
         let group = faces[0].2;
         let is_said = faces.iter().all(|face| face.2 != UNSAID);
         if is_said && (group == 0 || faces.iter().any(|face| face.2 != group)) {
-            faces.iter().for_each(|face| marks[face.1 as usize] |= SHADING_BREAK);
+            faces.iter().for_each(|face| marks[face.1 as usize] |= BREAK);
             some = true;
         }
     }
