@@ -2,6 +2,8 @@
 
 use clap::{Args, ValueEnum};
 use seamwright_core::pipeline;
+use seamwright_core::price::cost::Prefer;
+use seamwright_core::price::given::HardEdges;
 
 /// How the atlas is made.
 #[derive(Clone, Copy, Debug, Args)]
@@ -15,6 +17,12 @@ pub struct SettingsArgs {
     /// How charts are placed
     #[arg(long, value_enum, default_value_t = PackingArg::Tight)]
     pub packing: PackingArg,
+    /// What is given up where seams and a filled square are at odds
+    #[arg(long, value_enum, default_value_t = PreferArg::Balance)]
+    pub prefer: PreferArg,
+    /// What is made of edges at which the file's shading breaks: split normals, borders of smoothing groups
+    #[arg(long, value_enum, default_value_t = HardEdgesArg::Prefer)]
+    pub hard_edges: HardEdgesArg,
     /// Side of the texture in texels
     #[arg(long, value_name = "TEXELS", default_value_t = pipeline::Settings::default().size, value_parser = clap::value_parser!(u32).range(16..=65536))]
     pub size: u32,
@@ -47,6 +55,28 @@ pub enum PackingArg {
     Grid,
 }
 
+/// What is given up for the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PreferArg {
+    /// Fewer seams that are noticed; charts may be of any shape
+    Seams,
+    /// Both in their measure
+    Balance,
+    /// A square that is filled
+    Fill,
+}
+
+/// What is made of shading breaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum HardEdgesArg {
+    /// A seam is hardly noticed there
+    Prefer,
+    /// Every break is a seam, as baking of normal maps wants it
+    Require,
+    /// Nothing: the turn of the surface alone counts
+    Off,
+}
+
 impl SettingsArgs {
     /// As core takes them.
     pub fn to_core(self) -> pipeline::Settings {
@@ -59,6 +89,16 @@ impl SettingsArgs {
             packing: match self.packing {
                 PackingArg::Tight => pipeline::Packing::Tight,
                 PackingArg::Grid => pipeline::Packing::Grid,
+            },
+            prefer: match self.prefer {
+                PreferArg::Seams => Prefer::Seams,
+                PreferArg::Balance => Prefer::Balance,
+                PreferArg::Fill => Prefer::Fill,
+            },
+            hard_edges: match self.hard_edges {
+                HardEdgesArg::Prefer => HardEdges::Prefer,
+                HardEdgesArg::Require => HardEdges::Require,
+                HardEdgesArg::Off => HardEdges::Off,
             },
             size: self.size,
             padding: self.padding,

@@ -239,7 +239,7 @@ impl Job {
         let kept = reached <= bound * (1.0 + BOUND_SLACK); // not so where it is no number
         (!kept).then(|| {
             format!(
-                "--distortion {bound}: the atlas is written, but its distortion is {reached:.4}; allow that much or more charts"
+                "--distortion {bound}: the atlas is written, but its distortion is {reached:.4}: polygons that no plane holds, or faces thinner than a step of the UV grid; triangulate or remove those"
             )
         })
     }

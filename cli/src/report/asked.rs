@@ -3,6 +3,8 @@
 use crate::args::method::MethodArg;
 use crate::formats::loaded::Loaded;
 use seamwright_core::pipeline::{Charts, Packing, Settings};
+use seamwright_core::price::cost::Prefer;
+use seamwright_core::price::given::HardEdges;
 use serde::Serialize;
 
 /// What was read.
@@ -28,6 +30,8 @@ pub struct SettingsReport {
     pub distortion: f64,
     pub charts: &'static str,
     pub packing: &'static str,
+    pub prefer: &'static str,
+    pub hard_edges: &'static str,
     pub size: u32,
     pub padding: u32,
     pub rays: u32,
@@ -66,6 +70,16 @@ impl SettingsReport {
             packing: match settings.packing {
                 Packing::Tight => "tight",
                 Packing::Grid => "grid",
+            },
+            prefer: match settings.prefer {
+                Prefer::Seams => "seams",
+                Prefer::Balance => "balance",
+                Prefer::Fill => "fill",
+            },
+            hard_edges: match settings.hard_edges {
+                HardEdges::Prefer => "prefer",
+                HardEdges::Require => "require",
+                HardEdges::Off => "off",
             },
             size: settings.size,
             padding: settings.padding,

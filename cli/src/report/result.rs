@@ -18,6 +18,8 @@ pub struct ResultReport {
     pub flipped: usize,
     /// Faces that overlap another in UV.
     pub overlapping: usize,
+    /// Edges that are cut though a weight forbids it.
+    pub forbidden_cuts: usize,
     /// What was repaired in the working copy.
     pub repaired: RepairReport,
 }
@@ -62,6 +64,7 @@ impl ResultReport {
             utilisation: report.utilisation,
             flipped: report.flipped,
             overlapping: report.overlapping,
+            forbidden_cuts: report.forbidden_cuts,
             repaired: RepairReport::from(&report.repaired),
         }
     }
@@ -73,6 +76,10 @@ impl ResultReport {
             ("faces that are flipped or have no area in UV", self.flipped),
             ("faces that overlap another in UV", self.overlapping),
             ("polygons without three different corners, whose UVs are a neighbour's", repaired.dropped_polygons),
+            (
+                "edges cut though their weight forbids it, since a piece cannot be laid flat without",
+                self.forbidden_cuts,
+            ),
             ("edges cut because they have more than two faces or faces of opposite sides", repaired.split_edges),
         ];
         told.iter().filter(|(_, count)| *count > 0).map(|(text, count)| format!("{text}: {count}")).collect()

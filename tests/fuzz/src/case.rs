@@ -3,6 +3,8 @@
 use crate::bytes::Bytes;
 use glam::{DVec2, DVec3};
 use seamwright_core::pipeline::{Charts, Input, Packing, Settings};
+use seamwright_core::price::cost::Prefer;
+use seamwright_core::price::given::HardEdges;
 use std::collections::HashMap;
 use std::fmt::Write;
 
@@ -154,6 +156,8 @@ pub fn settings(bytes: &mut Bytes, is_wild: bool) -> Settings {
         padding: bytes.pick(&[2, 0, 1, 4]),
         effort: bytes.pick(&[0.0, 0.01, 0.05]),
         rays: bytes.pick(&[8, 1, 3, 16]),
+        hard_edges: bytes.pick(&[HardEdges::Prefer, HardEdges::Require, HardEdges::Off]),
+        prefer: bytes.pick(&[Prefer::Balance, Prefer::Seams, Prefer::Fill]),
         seed: u64::from(bytes.byte()),
     };
     if !is_wild {
