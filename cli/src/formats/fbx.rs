@@ -75,7 +75,7 @@ mod with_ufbx {
         let counted = [
             (scene.skin_deformers.len(), "skin"),
             (scene.blend_channels.len(), "shape"),
-            (if scene.anim_curves.len() > 0 { scene.anim_stacks.len() } else { 0 }, "animation"),
+            (if scene.anim_curves.is_empty() { 0 } else { scene.anim_stacks.len() }, "animation"),
             (scene.cameras.len(), "camera"),
             (scene.lights.len(), "light"),
             (others, "other set of UVs"),

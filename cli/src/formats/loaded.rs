@@ -9,7 +9,7 @@ use super::obj::{compose as obj_compose, file::ObjFile, material, read::read, wr
 use super::ply::file::PlyFile;
 use super::ply::{compose as ply_compose, read as ply, write as ply_write};
 use super::reading::Reading;
-use super::target::{Files, Mapping, Target};
+use super::target::{Files, Main, Mapping, Target};
 use super::{fbx, off, stl};
 use crate::base::failure::Failure;
 use crate::mesh::polygons::Mesh;
@@ -138,11 +138,7 @@ impl Loaded {
     pub fn files<'a>(&'a self, target: &'a Target, mapping: Mapping<'a>) -> Result<Files<'a>, Failure> {
         let model = self.model();
         let Mapping { corner_uv, groups } = mapping;
-        let main = |write: Box<dyn FnOnce(&mut dyn Write) -> io::Result<()> + 'a>| Files {
-            main: write,
-            beside: Vec::new(),
-            warnings: Vec::new(),
-        };
+        let main = |write: Main<'a>| Files { main: write, beside: Vec::new(), warnings: Vec::new() };
         Ok(match (&self.content, target.format) {
             (Content::Obj(file), Format::Obj) => main(Box::new(move |out| write(out, file, corner_uv, groups))),
             (Content::Ply(file), Format::Ply) => {

@@ -403,7 +403,7 @@ mod tests {
     fn strips_become_triangles_of_one_orientation() {
         let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty int x\nproperty int y\nproperty int z\n\
             element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0 1 1 0\n6 0 1 2 3 -1 0";
-        assert_eq!(mesh(&text).corners, [0, 1, 2, 2, 1, 3]);
+        assert_eq!(mesh(text).corners, [0, 1, 2, 2, 1, 3]);
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub(super) fn attributes(stream: &[u8], count: usize, stride: usize) -> Option<V
     let channels = &stream[stream.len() - tail + stride..];
     let mut data = &stream[1..end];
     let mut out = vec![0; count * stride];
-    let block = (8192 / stride & !(GROUP - 1)).min(256);
+    let block = ((8192 / stride) & !(GROUP - 1)).min(256);
     for items in out.chunks_mut(block * stride) {
         let mut block = Block { data, count: items.len() / stride, version };
         let controls = if version == 0 { &[][..] } else { block.take(stride / 4)? };
