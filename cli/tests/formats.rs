@@ -67,7 +67,7 @@ fn texts_are_read_whatever_their_line_ends_and_headers_are() {
     }
     let (polygons, warning) = fault("rows_beyond_header.ply").expect("it is read");
     assert!(
-        polygons == 2 && warning.contains("more values than the header names") && warning.contains("line 14"),
+        polygons == 2 && warning.contains("more values than the header names") && warning.contains("line 15"),
         "{warning}"
     );
     let (polygons, warning) = fault("stray_header_line.ply").expect("it is read");

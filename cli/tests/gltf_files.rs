@@ -182,7 +182,8 @@ fn without_a_seam_nothing_is_split() {
     let loaded = load(&path).expect("a sound file");
     let before = Plain::of(&fs::read(&path).expect("the fixture"));
     let mesh = loaded.mesh();
-    let by_vertex = |c: usize| DVec2::new(f64::from(mesh.corners[c] % 32) / 32.0, 0.5);
+    // Each primitive has the eight vertices of its accessor in the mesh.
+    let by_vertex = |c: usize| DVec2::new(f64::from(mesh.corners[c] % 8) / 8.0, 0.5);
     let after = Plain::of(&written(&loaded, &glb(), by_vertex));
     for (old, new) in before.json["accessors"]
         .as_array()
@@ -253,6 +254,8 @@ fn what_an_obj_does_not_hold_is_named() {
     for what in ["1 skin,", "2 morph targets", "1 animation", "1 camera", "TEXCOORD_1", "EXAMPLE_unknown"] {
         assert!(told.contains(what), "{what}: {told}");
     }
+    // It stands wherever it is drawn.
+    let loaded = load_as(&fixture("rigged.glb"), Reading { copies: true, ..Reading::default() }).expect("a sound file");
     let target = Target::new(Path::new("folder/out.obj"), Format::Obj);
     let uv = vec![DVec2::ZERO; loaded.mesh().corners.len()];
     let files = loaded.files(&target, Mapping { corner_uv: &uv, groups: None }).expect("it can be written");
@@ -263,7 +266,9 @@ fn what_an_obj_does_not_hold_is_named() {
     (files.main)(&mut out).expect("memory takes all bytes");
     let obj = String::from_utf8(out).expect("plain text");
     assert!(
-        obj.starts_with("mtllib out.mtl\nv ") && obj.contains("\nvn ") && obj.contains("\no body\nusemtl skin\nf "),
+        obj.starts_with("mtllib out.mtl\nv ")
+            && obj.contains("\nvn ")
+            && ["body", "large"].iter().all(|name| obj.contains(&format!("\no {name}\nusemtl skin\nf "))),
         "{obj}"
     );
     // Coordinates and colour of the first vertex.

@@ -13,7 +13,7 @@ use std::io::{self, Write};
 
 /// Reads an OFF. O(bytes).
 pub fn read(bytes: &[u8]) -> Result<Model, FormatError> {
-    let mut lines = Lines { rest: bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), line: 0 };
+    let mut lines = WordLines { rest: bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), line: 0 };
     let first = lines.words().unwrap_or_default();
     let prefix = first.first().and_then(|word| word.strip_suffix("OFF"));
     let prefix = prefix.ok_or_else(|| FormatError::whole("does not begin with 'OFF'; is this an OFF file?"))?;
@@ -40,12 +40,12 @@ pub fn read(bytes: &[u8]) -> Result<Model, FormatError> {
 }
 
 /// Lines with their words, comments left out.
-struct Lines<'a> {
+struct WordLines<'a> {
     rest: &'a [u8],
     line: usize,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> WordLines<'a> {
     /// Words of the next line that has any.
     fn words(&mut self) -> Option<Vec<&'a str>> {
         while !self.rest.is_empty() {

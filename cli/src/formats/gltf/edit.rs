@@ -7,7 +7,8 @@
 use super::document::{Sparse, texcoord};
 use super::file::GltfFile;
 use super::numbers::{ComponentType, Numbers};
-use super::pools::{Pool, Use, pools, uses};
+use super::overwrite::{Overwrite, over};
+use super::pools::{Use, VertexPool, pools, uses};
 use super::records::{INDICES, Member, NewView, VERTICES, records};
 use super::split::{Split, split};
 use super::surface::TRIANGLES;
@@ -21,6 +22,8 @@ pub(super) struct Edited {
     pub tree: Value,
     /// Views that accessors name by numbers behind those of the file.
     pub views: Vec<NewView>,
+    /// UVs that are written over the old ones.
+    pub over: Vec<Overwrite>,
     /// Vertices that seams added, and primitives whose strips or fans became lists.
     pub copies: usize,
     /// See `copies`.
@@ -36,8 +39,8 @@ pub(super) fn with_uvs(
     moved: Option<u32>,
 ) -> Result<Edited, FormatError> {
     let keep = moved.is_some();
-    let made = Edited { tree: file.container.tree.clone(), views: Vec::new(), copies: 0, listed: 0 };
-    let mut edit = Edit { file, set, moved, uses: uses(&file.document, set, keep), made };
+    let made = Edited { tree: file.container.tree.clone(), views: Vec::new(), over: Vec::new(), copies: 0, listed: 0 };
+    let mut edit = TreeEdit { file, set, moved, uses: uses(&file.document, set, keep), made };
     for pool in pools(file, set, keep) {
         edit.pool(&pool, corner_uv)?;
     }
@@ -68,7 +71,7 @@ pub(super) fn check(file: &GltfFile, set: u32) -> Result<(), FormatError> {
     Ok(())
 }
 
-struct Edit<'a> {
+struct TreeEdit<'a> {
     file: &'a GltfFile,
     set: u32,
     moved: Option<u32>,
@@ -76,8 +79,8 @@ struct Edit<'a> {
     made: Edited,
 }
 
-impl<'a> Edit<'a> {
-    fn pool(&mut self, pool: &Pool, corner_uv: &[DVec2]) -> Result<(), FormatError> {
+impl<'a> TreeEdit<'a> {
+    fn pool(&mut self, pool: &VertexPool, corner_uv: &[DVec2]) -> Result<(), FormatError> {
         let numbers = self.file.numbers();
         let count = numbers.count(pool.positions)?;
         let mut of_surface: Vec<usize> = pool.surfaces.clone();
@@ -94,7 +97,12 @@ impl<'a> Edit<'a> {
             false => pool.accessors.iter().map(|index| (*index, self.place_of(*index, pool))).collect(),
         };
         let uv_is_written = self.vertices(numbers, &becomes, old_uv.filter(|old| *old == uv), &split, count)?;
-        if !uv_is_written {
+        let over = old_uv.filter(|_| split.copies.is_empty()).and_then(|old| over(self.file, old, &split.uv));
+        if let Some(over) = over {
+            let accessor = &self.file.document.accessors[uv];
+            self.point_at(uv, accessor.buffer_view.unwrap_or(0), accessor.byte_offset);
+            self.made.over.push(over);
+        } else if !uv_is_written {
             let bytes = split.uv.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
             self.point(uv, NewView { bytes, stride: None, target: VERTICES }, 0);
         }
@@ -115,7 +123,7 @@ impl<'a> Edit<'a> {
     }
 
     /// The accessor of the pool's old UVs, where all have the same and nobody else uses it.
-    fn old_uv(&self, pool: &Pool) -> Option<usize> {
+    fn old_uv(&self, pool: &VertexPool) -> Option<usize> {
         if self.moved.is_some() {
             return None;
         }
@@ -147,7 +155,7 @@ impl<'a> Edit<'a> {
     }
 
     /// The accessor that takes the place of `index`: itself, where only the pool's primitives use it as vertices.
-    fn place_of(&mut self, index: usize, pool: &Pool) -> usize {
+    fn place_of(&mut self, index: usize, pool: &VertexPool) -> usize {
         let own = |what: &Use| matches!(what, Use::Vertices(at) if pool.primitives.contains(at));
         if self.uses[&index].iter().all(own) {
             return index;
@@ -261,7 +269,7 @@ impl<'a> Edit<'a> {
 
     /// An accessor of indices for the triangles of `surface`: the one of the primitive at `at`, where all who use it are of this
     /// pool and surface.
-    fn indices(&mut self, at: [usize; 2], surface: usize, pool: &Pool, triangles: &[[u32; 3]]) -> usize {
+    fn indices(&mut self, at: [usize; 2], surface: usize, pool: &VertexPool, triangles: &[[u32; 3]]) -> usize {
         let old = self.file.document.meshes[at[0]].primitives[at[1]].indices;
         let largest = triangles.as_flattened().iter().copied().max().unwrap_or(0);
         let kind = old.map_or(5121, |old| self.file.document.accessors[old].component_type);

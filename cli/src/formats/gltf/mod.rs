@@ -5,7 +5,7 @@
 //! - `buffers`, `meshopt`, `numbers`: bytes, decompressed, and the numbers of accessors
 //! - `scene`, `surface`, `rest`: what is drawn where, triangles of primitives, what only a glTF has
 //! - [`mod@file`], [`read`]: a whole file, and how it comes about
-//! - `pools`, `split`, `records`, `edit`: what a new set of UVs changes; `pack`, `sets`, `whole`: what else follows from it
+//! - `pools`, `split`, `records`, `overwrite`, `edit`: what a new set of UVs changes; `pack`, `sets`, `whole`: what else follows from it
 //! - [`mod@write`]: a file with other UVs; [`compose`]: one from scratch, for meshes that came in another format
 
 mod buffers;
@@ -16,6 +16,7 @@ mod edit;
 pub mod file;
 mod meshopt;
 mod numbers;
+mod overwrite;
 mod pack;
 mod pools;
 pub mod read;

@@ -7,6 +7,7 @@
 use super::document::Document;
 use super::edit::Edited;
 use super::file::GltfFile;
+use super::overwrite::home;
 use super::records::NewView;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -25,7 +26,7 @@ pub(super) struct Packed {
 
 /// Puts the views of `edited` into the buffer that holds the file's vertices.
 pub(super) fn pack(file: &GltfFile, edited: Edited) -> Packed {
-    let Edited { mut tree, views, .. } = edited;
+    let Edited { mut tree, views, over, .. } = edited;
     let document = &file.document;
     drop_draco(&mut tree);
     let free = free_views(document, &file.container.tree, &tree);
@@ -34,8 +35,9 @@ pub(super) fn pack(file: &GltfFile, edited: Edited) -> Packed {
     for (buffer, bytes) in document.buffers.iter().zip(&mut buffers) {
         bytes.truncate(buffer.byte_length); // a chunk is filled up to four bytes
     }
+    over.iter().for_each(|over| over.write(&mut buffers[over.buffer]));
     cut(&mut tree, &mut buffers, document, &free);
-    let home = home(file, &mut tree, &mut buffers);
+    let home = home_or_new(file, &mut tree, &mut buffers);
     append(&mut tree, &mut buffers[home], home, views, &numbers);
     buffers.iter().enumerate().filter(|(_, bytes)| !bytes.is_empty()).for_each(|(b, bytes)| {
         tree["buffers"][b]["byteLength"] = json!(bytes.len());
@@ -152,18 +154,9 @@ fn cut(tree: &mut Value, buffers: &mut [Vec<u8>], document: &Document, free: &[u
     }
 }
 
-/// The buffer for new bytes: the chunk of a `.glb`, else the one where the file's vertices lie, else a new one.
-fn home(file: &GltfFile, tree: &mut Value, buffers: &mut Vec<Vec<u8>>) -> usize {
-    let document = &file.document;
-    if file.container.is_binary && document.buffers.first().is_some_and(|b| b.uri.is_none() && !b.is_fallback()) {
-        return 0;
-    }
-    let users = file.surfaces.iter().flat_map(|surface| &surface.users);
-    let positions = users.filter_map(|[m, p]| document.meshes[*m].primitives[*p].attributes.get("POSITION"));
-    let views = positions.filter_map(|index| document.buffer_views.get(document.accessors.get(*index)?.buffer_view?));
-    let of_view = views.map(|view| view.extensions.meshopt.as_ref().map_or(view.buffer, |packed| packed.buffer));
-    let real = |buffer: &usize| document.buffers.get(*buffer).is_some_and(|b| !b.is_fallback());
-    of_view.chain(0..document.buffers.len()).find(real).unwrap_or_else(|| {
+/// The buffer for new bytes: see [`home`], else a new one.
+fn home_or_new(file: &GltfFile, tree: &mut Value, buffers: &mut Vec<Vec<u8>>) -> usize {
+    home(file).unwrap_or_else(|| {
         let all = tree.as_object_mut().map(|tree| tree.entry("buffers").or_insert_with(|| json!([])));
         all.and_then(Value::as_array_mut).into_iter().for_each(|all| all.push(json!({ "byteLength": 0 })));
         buffers.push(Vec::new());

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Primitives of triangles with the same attributes and morph targets, but for the set of UVs that is written.
 #[derive(Debug, Default)]
-pub(super) struct Pool {
+pub(super) struct VertexPool {
     /// Mesh and primitive of each.
     pub primitives: Vec<[usize; 2]>,
     /// The surface of each.
@@ -32,13 +32,13 @@ pub(super) enum Use {
 }
 
 /// The pools of a file. With `keep`, the old UVs of the set are an attribute like any other.
-pub(super) fn pools(file: &GltfFile, set: u32, keep: bool) -> Vec<Pool> {
+pub(super) fn pools(file: &GltfFile, set: u32, keep: bool) -> Vec<VertexPool> {
     let mut surface_of = HashMap::new();
     for (s, surface) in file.surfaces.iter().enumerate() {
         surface_of.extend(surface.users.iter().map(|user| (*user, s)));
     }
     let own = texcoord(set);
-    let mut pools: Vec<Pool> = Vec::new();
+    let mut pools: Vec<VertexPool> = Vec::new();
     let mut pool_of: BTreeMap<Vec<(&str, usize)>, usize> = BTreeMap::new();
     for (at, primitive) in primitives(&file.document) {
         let Some(surface) = surface_of.get(&at).copied() else { continue };
@@ -48,7 +48,7 @@ pub(super) fn pools(file: &GltfFile, set: u32, keep: bool) -> Vec<Pool> {
         let place = *pool_of.entry(key).or_insert_with_key(|key| {
             let accessors: BTreeSet<usize> = key.iter().map(|(_, index)| *index).collect();
             let positions = primitive.attributes.get("POSITION").copied().unwrap_or(0);
-            pools.push(Pool { accessors: accessors.into_iter().collect(), positions, ..Pool::default() });
+            pools.push(VertexPool { accessors: accessors.into_iter().collect(), positions, ..VertexPool::default() });
             pools.len() - 1
         });
         pools[place].primitives.push(at);
