@@ -32,12 +32,12 @@ pub fn write(model: &Model, target: &Target, mapping: Mapping) -> Result<Files<'
 
 /// A glTF of `model` without UVs, or with those that it has as set 0, and the corner of the model for each of its triangles'.
 pub(super) fn compose(model: &Model, with_old_uv: bool) -> Result<(GltfFile, Vec<u32>), FormatError> {
-    let mut scene = Scene { model, with_old_uv, tree: head(&model.materials), data: Vec::new(), corner_of: Vec::new() };
+    let mut scene = NewScene { model, with_old_uv, tree: head(&model.materials), data: Vec::new(), corner_of: Vec::new() };
     let mut surfaces = Vec::new();
     for (name, parts) in objects(model) {
         scene.object(&name, parts, &mut surfaces);
     }
-    let Scene { mut tree, data, corner_of, .. } = scene;
+    let NewScene { mut tree, data, corner_of, .. } = scene;
     tree["buffers"] = json!([{ "byteLength": data.len() }]);
     let document = Document::of(&tree)?;
     let buffers = Buffers::of(data, &document);
@@ -103,7 +103,7 @@ fn objects(model: &Model) -> Vec<(String, Vec<Part>)> {
     objects
 }
 
-struct Scene<'a> {
+struct NewScene<'a> {
     model: &'a Model,
     with_old_uv: bool,
     tree: Value,
@@ -114,7 +114,7 @@ struct Scene<'a> {
 /// What makes two corners one vertex: vertex, normal, old UV.
 type Key = (u32, [u32; 3], [u64; 2]);
 
-impl Scene<'_> {
+impl NewScene<'_> {
     fn object(&mut self, name: &str, parts: Vec<Part>, surfaces: &mut Vec<Surface>) {
         let mesh = &self.model.mesh;
         let number = |tree: &Value, list: &str| tree[list].as_array().map_or(0, Vec::len);
