@@ -77,7 +77,7 @@ pub fn unsound(m: &Metrics, atlas: &Atlas, report: &Report) -> Vec<String> {
         ("flipped triangles", m.exact.flipped_faces + m.charts.flipped_faces),
         ("triangles of no UV area", m.exact.zero_faces),
         ("overlapping triangles", m.exact.overlapping_faces),
-        ("charts that are no disk", m.charts.non_disks),
+        ("charts that no plane holds", m.charts.closed_or_handled),
         ("mirrored charts", m.charts.mirrored),
         ("flips by core's own count", report.flipped),
         ("overlaps by core's own count", report.overlapping),

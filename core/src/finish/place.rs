@@ -1,22 +1,20 @@
 //! Charts onto the square and the grid, with the exact check that no atlas leaves without.
 //!
-//! Pack, round to the grid, and look there: faces that overlap are split from one another, slits whose sides lie on each
-//! other are parted, faces that turned over are set apart, and all is packed anew. After [`SPLITTING`] attempts what still
+//! Pack, round to the grid, and look there: faces that overlap are split from one another, faces that turned over are set
+//! apart, and all is packed anew. After [`SPLITTING`] attempts what still
 //! overlaps is set apart as regular polygons. What is measured and reported is what is written.
 //! Guarantee: nothing overlaps, or there is an error. Limit: each attempt packs anew, the later ones with less effort.
 
 use super::apart::{mark_turned, set_apart};
 use super::order::order_charts;
 use super::settle::settle;
-use super::snap::{close_slits, mark_rejoined, packing_step, straighten, uv_area};
+use super::snap::{close_slits, packing_step, straighten, uv_area};
 use crate::base::progress::{Progress, Stage, Stopped, tell};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::workers::Workers;
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
-use crate::first::disks::disks_again;
-use crate::first::halving::halve;
 use crate::mesh::view::NONE;
 use crate::mesh::working::Working;
 use crate::pack::flat_charts::FlatCharts;
@@ -154,14 +152,14 @@ pub fn place(
         if !placing.mends {
             break;
         }
-        let mut faults = Faults::find(grid, triangles, cut, &numbers, placing, &mut frame)?;
-        if done.overlapping + faults.count == 0 {
+        let failing = frame.take::<u8>(faces)?;
+        if done.overlapping + mark_turned(failing, triangles) == 0 {
             break;
         }
         if attempt >= SPLITTING {
-            faults.failing.iter_mut().zip(partner.iter()).for_each(|(f, p)| *f |= u8::from(*p != NONE));
+            failing.iter_mut().zip(partner.iter()).for_each(|(f, p)| *f |= u8::from(*p != NONE));
         }
-        mend(uv, cut, &mut faults, attempt < SPLITTING, area, placing.pieces, frame, workers)?;
+        mend(uv, cut, failing, attempt < SPLITTING, area, placing.pieces, frame, workers)?;
     }
     tell(progress, Stage::Check, ATTEMPTS, ATTEMPTS)?;
     match done.overlapping {
@@ -264,7 +262,7 @@ fn onto_grid(
         grid[*n as usize] = GridPoint::snap(p.min(DVec2::splat(1.0 - 1.0 / steps)), GRID_BITS);
     }
     for p in 0..pieces.count() {
-        close_slits(grid, pieces.slits(p, cut, node).flatten());
+        close_slits(grid, pieces.slits(p, cut, node));
     }
     straighten(grid, numbers.node, scratch)
 }
@@ -282,67 +280,29 @@ fn write(corner_uv: &mut [DVec2], polygon_chart: &mut [u32], grid: &[GridPoint],
     }
 }
 
-/// What is wrong on the grid beside overlaps.
-struct Faults<'f> {
-    /// Faces to be set apart.
-    failing: &'f mut [u8], // (f)
-    /// Faces of charts whose slits have closed to a hole.
-    ajar: &'f mut [u8], // (f)
-    count: usize,
-}
-
-impl<'f> Faults<'f> {
-    fn find(
-        grid: &[GridPoint],
-        triangles: &[GridTriangle],
-        cut: &[u8],
-        numbers: &Numbers,
-        placing: &Placing,
-        keep: &mut Scratch<'f>,
-    ) -> Result<Self, ScratchTooSmall> {
-        let Placing { pieces, working, .. } = placing;
-        let node = numbers.node.as_flattened();
-        let failing = keep.take::<u8>(triangles.len())?;
-        let turned = mark_turned(failing, triangles);
-        let ajar = keep.take::<u8>(triangles.len())?;
-        let slits = (0..pieces.count()).flat_map(|p| pieces.slits(p, cut, node));
-        let vertex = keep.take::<u32>(numbers.nodes)?;
-        for (slot, n) in node.iter().enumerate() {
-            vertex[*n as usize] = working.mesh().vertex(pieces.source[slot]);
-        }
-        let rejoined = mark_rejoined(ajar, grid, numbers.node, numbers.chart, vertex, slits, keep.frame())?;
-        Ok(Self { failing, ajar, count: turned + rejoined })
-    }
-}
-
-/// Parts what has closed, and with `splits` what overlaps; sets apart what fails.
+/// Parts with `splits` what overlaps; sets apart what fails.
 #[allow(clippy::too_many_arguments)]
 fn mend(
     uv: &mut [DVec2],
     cut: &mut [u8],
-    faults: &mut Faults,
+    failing: &mut [u8], // (f)
     splits: bool,
     area: f64,
     pieces: &Pieces,
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
-    let changed = scratch.take::<u8>(faults.failing.len())?;
+    let changed = scratch.take::<u8>(failing.len())?;
     for p in 0..pieces.count() {
         let mut inner = scratch.frame();
         let corners = pieces.corners(p);
         let surface = pieces.surface(p, &mut inner)?;
         let (uv, cut) = (&mut uv[corners.clone()], &mut cut[corners.clone()]);
         let range = corners.start / 3..corners.end / 3;
-        let ajar = &faults.ajar[range.clone()];
-        if ajar.contains(&1) {
-            halve(cut, &mut changed[range.clone()], &surface, |f| ajar[f] != 0, inner.frame())?;
-            disks_again(cut, &surface, inner.frame())?;
-        }
         if splits {
             part_all(cut, &mut changed[range.clone()], uv, &surface, inner.frame(), workers)?;
         }
-        let failing = &mut faults.failing[range];
+        let failing = &mut failing[range];
         if failing.contains(&1) {
             set_apart(uv, cut, failing, &surface, area, inner)?;
         }

@@ -18,14 +18,18 @@ pub fn turns(turn: &mut [f64], mesh: MeshView, twin: &[u32], tolerance: f64) {
         if t == NONE {
             turn[c as usize] = 0.0;
         } else if c < t {
-            let (p, q) = (mesh.area_vector(c as usize / 3), mesh.area_vector(t as usize / 3));
-            let cross = p.cross(q);
-            let angle = atan2(sqrt(cross.dot(cross)), p.dot(q)).to_degrees();
-            let seen = (angle - doubt(mesh, c, tolerance) - doubt(mesh, t, tolerance)).max(0.0);
+            let seen = (angle(mesh, c, t) - doubt(mesh, c, tolerance) - doubt(mesh, t, tolerance)).max(0.0);
             turn[c as usize] = seen;
             turn[t as usize] = seen;
         }
     }
+}
+
+/// Angle between the faces of the half-edges `c` and `t` in degrees, 0 to 180.
+pub fn angle(mesh: MeshView, c: u32, t: u32) -> f64 {
+    let (p, q) = (mesh.area_vector(c as usize / 3), mesh.area_vector(t as usize / 3));
+    let cross = p.cross(q);
+    atan2(sqrt(cross.dot(cross)), p.dot(q)).to_degrees()
 }
 
 /// How far the face of `c` may be turned about that edge by corners that are off by `tolerance`, in degrees.

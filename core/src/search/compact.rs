@@ -2,7 +2,7 @@
 //!
 //! A chart shaped like a horseshoe cannot be packed well, whatever the packer does. Of all cheapest paths between two
 //! places on its border, the one is taken that saves the most hull area for what it costs to be seen; as long as the area
-//! is worth the cost. Cost: samples x O(n log n) a split.
+//! is worth the cost. A chart without distortion is a face of the object, flat or unrolled, and stays whole. Cost: samples x O(n log n) a split.
 
 use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -11,6 +11,7 @@ use crate::charts::surface::Surface;
 use crate::charts::wedge_paths::{Go, WedgePaths};
 use crate::mesh::view::NONE;
 use crate::plane::hull::{self, hull_area};
+use crate::solve::bound::lie_flat;
 use core::num::NonZero;
 use glam::DVec2;
 
@@ -60,7 +61,7 @@ pub fn split_bulky(
         let place = |i: usize| border[i % samples * len / samples];
         let point = |i: usize| uv[place(i) as usize];
         let whole = hull_area(count, point);
-        if whole - area < EMPTY * total || count < 4 {
+        if whole - area < EMPTY * total || count < 4 || lie_flat(faces, uv, surface.rest) {
             continue;
         }
         border.iter().for_each(|c| on_border[node[*c as usize] as usize] = 1);

@@ -32,7 +32,7 @@ use crate::mesh::decimate::{decimate, decimate_need};
 use crate::mesh::topology::twins;
 use crate::mesh::view::MeshView;
 use crate::plane::overlap::overlaps_need;
-use crate::solve::bound::{distortion, energies, most_distorted, worst};
+use crate::solve::bound::{distortion, energies, lie_flat, most_distorted, worst};
 use crate::solve::energy::{MOLLIFY, Rest, even_out};
 use crate::solve::piece::Stop;
 use glam::{DVec2, DVec3};
@@ -119,6 +119,9 @@ const SPLITS: usize = 60;
 /// Newton steps of a round: the map need not be at rest before the next cut is chosen.
 const ROUND_STOP: Stop = Stop { steps: 5, tolerance: 1e-4 };
 
+/// When a chart without distortion is at rest: an excess of 1e-17 of its area moves a point by less than a step of the grid.
+const UNROLLED: Stop = Stop { steps: 12, tolerance: 1e-17 };
+
 /// Scratch bytes that [`make_charts`] asks for.
 pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let corners = 3 * faces;
@@ -191,7 +194,12 @@ pub fn make_charts(
     search.concentrate(budget.distortion, scratch.frame())?;
     search.cap(budget.distortion, scratch.frame())?;
     // Slivers that the last two have made.
-    if large { search.glue_once(budget, scratch).map(|_| ()) } else { search.zip(budget, Which::Slivers, scratch) }
+    if large {
+        search.glue_once(budget, scratch.frame())?;
+    } else {
+        search.zip(budget, Which::Slivers, scratch.frame())?;
+    }
+    search.unroll(scratch)
 }
 
 /// A surface on its way to an atlas.
@@ -375,6 +383,21 @@ impl Search<'_> {
             self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
         }
         self.part_overlaps(scratch)
+    }
+
+    /// Brings charts without distortion to rest, where the sides of a slit that nothing holds open lie on each other.
+    fn unroll(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
+        self.proceed()?;
+        {
+            let Self { uv, cut, changed, surface, .. } = self;
+            let mut frame = scratch.frame();
+            let charts = ChartList::new(surface, cut, &mut frame)?;
+            changed.fill(0);
+            for faces in (0..charts.count()).map(|k| charts.faces_of(k)).filter(|f| lie_flat(f, uv, surface.rest)) {
+                faces.iter().for_each(|f| changed[*f as usize] = 1);
+            }
+        }
+        Ok(self.relax(UNROLLED, self.surface.rest, scratch)?)
     }
 
     /// Relaxes the charts that hold a changed face, for these rest shapes and weights.

@@ -13,6 +13,9 @@ const CAP: f64 = 40.0;
 /// The cap on single faces at tight bounds: a mesh has corners that are never flat.
 const LEAST_CAP: f64 = 1.5;
 
+/// Mean energy over 4, less 1, up to which a chart counts as without distortion.
+const AT_EASE: f64 = 1e-4;
+
 /// Most symmetric Dirichlet energy over 4 of a single face where `bound` holds on the mean: 2 at 1.025.
 pub fn most_distorted(bound: f64) -> f64 {
     (1.0 + CAP * (bound - 1.0)).max(LEAST_CAP)
@@ -33,6 +36,16 @@ pub fn worst(uv: &[DVec2], rest: &[Rest]) -> f64 {
 /// Area up to which a face has none to speak of.
 pub fn flat_area(rest: &[Rest]) -> f64 {
     FLAT * rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64
+}
+
+/// Whether `faces` lie in the plane as they are in space, but for what a map that is not at rest leaves.
+pub fn lie_flat(faces: &[u32], uv: &[DVec2], rest: &[Rest]) -> bool {
+    let (mut area, mut energy) = (0.0, 0.0);
+    for f in faces.iter().map(|f| *f as usize) {
+        area += rest[f].area;
+        energy += rest[f].area * rest[f].energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
+    }
+    energy <= 4.0 * area * (1.0 + AT_EASE)
 }
 
 /// Mean symmetric Dirichlet energy over 4, after the best global scale. Faces of no area to speak of do not count.

@@ -32,7 +32,8 @@ pub fn write(model: &Model, target: &Target, mapping: Mapping) -> Result<Files<'
 
 /// A glTF of `model` without UVs, or with those that it has as set 0, and the corner of the model for each of its triangles'.
 pub(super) fn compose(model: &Model, with_old_uv: bool) -> Result<(GltfFile, Vec<u32>), FormatError> {
-    let mut scene = NewScene { model, with_old_uv, tree: head(&model.materials), data: Vec::new(), corner_of: Vec::new() };
+    let mut scene =
+        NewScene { model, with_old_uv, tree: head(&model.materials), data: Vec::new(), corner_of: Vec::new() };
     let mut surfaces = Vec::new();
     for (name, parts) in objects(model) {
         scene.object(&name, parts, &mut surfaces);
