@@ -27,56 +27,12 @@ const BOUND_SLACK: f64 = 1e-6;
 /// What fails, by what goes wrong.
 const KNOWN: &[(&str, &[&str])] = &[
     (
-        "the border of the first map has two corners, all of it lies on a line, and its charts are never laid out anew",
-        &["tetrahedron_0045", "tetrahedron_0383_sliver_1_0.01"],
+        "a pole a hundred times as long as wide is cut into more than four charts, since one strip would leave the square empty",
+        &["cylinder_n10_a100_fan_quad_r5_closed", "cylinder_n12_a100_ngon_tri_r5_closed"],
     ),
     (
-        "where a lid of one polygon is part of an overlap, splitting finds no path, and the lid is set apart",
-        &["gear_n40_d0.02_ngon_quad", "gear_n40_d2_ngon_tri", "gear_n50_d2_ngon_quad"],
-    ),
-    (
-        "halving parts the two triangles of a quad, which are no cut: a flat chart with holes stays whole and closes to a ring",
-        &["plate_x5_y5_b12_r0.02_d0.2_quad"],
-    ),
-    (
-        "strips and flat rings without distortion are split for their empty hull",
-        &[
-            "cylinder_n200_a0.01_tri_r5_open",
-            "frustum_n5_a0.1_tri_open",
-            "tube_n100_a0.03_w0.5_tri_closed",
-            "tube_n10_a0.01_w0.1_quad_closed",
-            "tube_n128_a0.03_w0.5_quad_closed",
-            "tube_n16_a0.03_w0.5_quad_closed",
-            "tube_n16_a0.3_w0.5_tri_closed",
-            "tube_n200_a0.03_w0.1_tri_closed",
-            "tube_n20_a0.03_w0.5_tri_closed",
-            "tube_n24_a0.01_w0.1_tri_half",
-            "tube_n32_a0.01_w0.1_tri_half",
-            "tube_n32_a0.01_w0.5_tri_closed",
-            "tube_n32_a0.03_w0.1_tri_half",
-            "tube_n5_a0.01_w0.5_tri_closed",
-            "tube_n5_a0.03_w0.5_quad_closed",
-            "tube_n5_a0.1_w0.5_tri_closed",
-            "tube_n6_a0.01_w0.5_quad_closed",
-            "tube_n6_a0.03_w0.1_tri_half",
-            "tube_n6_a0.1_w0.1_quad_half",
-            "tube_n7_a0.03_w0.1_tri_closed",
-            "tube_n7_a0.1_w0.1_tri_half",
-            "tube_n8_a0.01_w0.5_quad_closed",
-            "tube_n8_a0.03_w0.1_tri_closed",
-            "tube_n8_a0.3_w0.5_tri_half",
-        ],
-    ),
-    (
-        "cuts from the middle of a lid across its rim, not along it, and what they leave is split further for its hull",
-        &[
-            "cone_n7_a1_tri_r5_fan_closed",
-            "cylinder_n16_a10_corner_tri_r5_closed",
-            "cylinder_n8_a0.3_fan_tri_r5_closed",
-            "frustum_n48_a0.3_tri_fan_closed",
-            "frustum_n7_a0.3_tri_fan_closed",
-            "frustum_n8_a1_quad_fan_closed",
-        ],
+        "flat rings that are still joined to a side, and so distorted, are split for their empty hull",
+        &["tube_n24_a0.1_w0.1_tri_half", "tube_n8_a0.1_w0.5_quad_closed"],
     ),
 ];
 

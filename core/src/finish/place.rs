@@ -8,7 +8,7 @@
 use super::apart::{mark_turned, set_apart};
 use super::order::order_charts;
 use super::settle::settle;
-use super::snap::{close_slits, packing_step, straighten, uv_area};
+use super::snap::{close_slits, packing_step, part_touching, straighten, uv_area};
 use crate::base::progress::{Progress, Stage, Stopped, tell};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
@@ -132,7 +132,7 @@ pub fn place(
         let area = uv_area(uv);
         let packed = pack_charts(uv, &numbers, area, attempt, &placing.packing, &mut frame, workers)?;
         let grid = frame.take::<GridPoint>(numbers.nodes)?;
-        done.flipped = onto_grid(grid, uv, cut, &numbers, &packed, placing.pieces, frame.frame())?;
+        done.flipped = onto_grid(grid, uv, cut, &numbers, &packed, placing, frame.frame())?;
         let triangles = frame.take::<GridTriangle>(faces)?;
         for (t, n) in triangles.iter_mut().zip(numbers.node) {
             *t = n.map(|n| grid[n as usize]);
@@ -251,9 +251,10 @@ fn onto_grid(
     cut: &[u8],
     numbers: &Numbers,
     packed: &Packed,
-    pieces: &Pieces,
-    scratch: Scratch,
+    placing: &Placing,
+    mut scratch: Scratch,
 ) -> Result<usize, ScratchTooSmall> {
+    let Placing { pieces, working, .. } = placing;
     let steps = (1u32 << GRID_BITS) as f64;
     let node = numbers.node.as_flattened();
     for (slot, n) in node.iter().enumerate() {
@@ -263,6 +264,15 @@ fn onto_grid(
     }
     for p in 0..pieces.count() {
         close_slits(grid, pieces.slits(p, cut, node));
+    }
+    {
+        let mut frame = scratch.frame();
+        let vertex = frame.take::<u32>(grid.len())?;
+        for (slot, n) in node.iter().enumerate() {
+            vertex[*n as usize] = working.mesh().vertex(pieces.source[slot]);
+        }
+        let slits = (0..pieces.count()).flat_map(|p| pieces.slits(p, cut, node));
+        part_touching(grid, numbers.node, numbers.chart, vertex, slits, frame)?;
     }
     straighten(grid, numbers.node, scratch)
 }

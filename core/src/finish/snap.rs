@@ -9,6 +9,8 @@
 
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::sort;
+use crate::base::union_find::UnionFind;
 use crate::plane::grid::{GRID_BITS, GridPoint, doubled_area};
 use glam::DVec2;
 
@@ -20,6 +22,9 @@ const ROOM: i32 = 1 << GRID_BITS;
 const ROUNDS: usize = 12;
 /// Sides of a slit this near, in steps, are put together.
 const TOGETHER: i32 = 4;
+
+/// Steps along either axis by which copies of a vertex that touch are parted: no reader of six decimals takes them for one.
+const PARTED: i32 = 20;
 
 /// Scratch bytes for [`straighten`].
 pub const fn straighten_need(nodes: usize, faces: usize) -> usize {
@@ -53,6 +58,43 @@ pub fn close_slits(points: &mut [GridPoint], slits: impl Iterator<Item = [(u32, 
             ends.iter().for_each(|(a, b)| points[*a.max(b) as usize] = points[*a.min(b) as usize]);
         }
     }
+}
+
+/// Parts the copies of a vertex that lie at one place in one chart though no closed slit joins them, as where both wedges beside a third
+/// chart are left of a flat face: a border that touches itself is no border to a reader. `vertex` has that of each node.
+pub fn part_touching(
+    points: &mut [GridPoint],
+    faces: &[[u32; 3]],
+    chart: &[u32],  // (f)
+    vertex: &[u32], // (points)
+    joined: impl Iterator<Item = [(u32, u32); 2]>,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let mut sets = UnionFind::new(scratch.take::<u32>(points.len())?);
+    for (a, b) in joined.filter(|ends| ends.iter().all(|(a, b)| points[*a as usize] == points[*b as usize])).flatten() {
+        sets.union(a, b);
+    }
+    let face = scratch.take::<u32>(points.len())?;
+    faces.iter().enumerate().for_each(|(f, nodes)| nodes.iter().for_each(|n| face[*n as usize] = f as u32));
+    let order = scratch.take::<u32>(points.len())?;
+    order.iter_mut().enumerate().for_each(|(i, n)| *n = i as u32);
+    let key = |n: u32, points: &[GridPoint]| {
+        (vertex[n as usize], chart[face[n as usize] as usize], points[n as usize].x(), points[n as usize].y())
+    };
+    sort::by_key(order, |n| (key(*n, points), *n));
+    for pair in order.windows(2) {
+        let [a, b] = [pair[0], pair[1]];
+        if key(a, points) == key(b, points) && sets.find(a) != sets.find(b) {
+            // Into a face of its own: it leaves no other chart's place.
+            let corners = faces[face[b as usize] as usize].map(|n| points[n as usize]);
+            let middle = |of: fn(GridPoint) -> i32| corners.iter().map(|p| of(*p)).sum::<i32>() / 3;
+            let p = points[b as usize];
+            let step = |to: i32, from: i32| (to - from).clamp(-PARTED, PARTED);
+            points[b as usize] =
+                GridPoint::new(p.x() + step(middle(GridPoint::x), p.x()), p.y() + step(middle(GridPoint::y), p.y()));
+        }
+    }
+    Ok(())
 }
 
 /// Moves nodes until every face is counter-clockwise; returns how many are not in the end.
@@ -143,6 +185,23 @@ mod tests {
         let faces = [[0, 1, 3], [0, 3, 2], [3, 1, 2]];
         assert_eq!(settled(&mut points, &faces), 0);
         assert!(faces.iter().all(|f| doubled_area(&f.map(|i| points[i as usize])) > 0));
+    }
+
+    #[test]
+    fn wedges_that_touch_are_parted_and_those_of_a_closed_slit_are_not() {
+        // Two faces of one chart that meet at a point alone, as nodes 0 and 3, copies of one vertex.
+        let p = |x, y| GridPoint::new(x, y);
+        let points = [p(0, 0), p(900, 0), p(900, 900), p(0, 0), p(-900, 0), p(-900, -900)];
+        let (faces, vertex) = ([[0, 1, 2], [3, 4, 5]], [7, 1, 2, 7, 4, 5]);
+        let parted = |chart: [u32; 2], joined: &[[(u32, u32); 2]]| {
+            let (mut points, mut bytes) = (points, [0; 256]);
+            let joined = joined.iter().copied();
+            part_touching(&mut points, &faces, &chart, &vertex, joined, Scratch::new(&mut bytes)).unwrap();
+            points[3]
+        };
+        assert_eq!(parted([0, 0], &[]), p(-20, -20));
+        assert_eq!(parted([0, 1], &[]), p(0, 0));
+        assert_eq!(parted([0, 0], &[[(0, 3), (3, 0)]]), p(0, 0));
     }
 
     #[test]
