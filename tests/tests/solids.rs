@@ -31,8 +31,26 @@ const KNOWN: &[(&str, &[&str])] = &[
         &["cylinder_n10_a100_fan_quad_r5_closed", "cylinder_n12_a100_ngon_tri_r5_closed"],
     ),
     (
+        "where a lid of one polygon is part of an overlap, splitting finds no path, and the lid is set apart",
+        &["gear_n40_d0.02_ngon_quad", "gear_n40_d2_ngon_tri", "gear_n50_d2_ngon_quad"],
+    ),
+    ("two holes of a flat chart touch at a vertex", &["plate_x5_y5_b12_r0.02_d0.2_quad"]),
+    (
         "flat rings that are still joined to a side, and so distorted, are split for their empty hull",
-        &["tube_n24_a0.1_w0.1_tri_half", "tube_n8_a0.1_w0.5_quad_closed"],
+        &[
+            "tube_n100_a0.03_w0.5_tri_closed",
+            "tube_n10_a0.01_w0.1_quad_closed",
+            "tube_n24_a0.01_w0.1_tri_half",
+            "tube_n24_a0.1_w0.1_tri_half",
+            "tube_n32_a0.01_w0.1_tri_half",
+            "tube_n32_a0.03_w0.1_tri_half",
+            "tube_n5_a0.1_w0.5_tri_closed",
+            "tube_n6_a0.03_w0.1_tri_half",
+            "tube_n6_a0.1_w0.1_quad_half",
+            "tube_n7_a0.1_w0.1_tri_half",
+            "tube_n8_a0.03_w0.1_tri_closed",
+            "tube_n8_a0.1_w0.5_quad_closed",
+        ],
     ),
 ];
 
