@@ -3,8 +3,8 @@
 //! `Tight` fills a square: the charts that hold most of the area get a start from a bit-mask fill at many turns and go
 //! through overlap minimisation in a shrinking square (after Gardeyn, Vanden Berghe, Wauters 2025, with distance fields
 //! in place of their circles); the many small ones then fill the gaps. `Grid` gives each chart a cell.
-//! Guaranteed for `Tight`: no mirroring, one scale for all, inside [0, 1]^2, charts at least `padding` texels apart (by
-//! conservative masks in the fill, by an exact check of border segments after separation; or as far as the summary says
+//! Guaranteed for `Tight`: no mirroring, one scale for all, inside [0, 1]^2 and off its border by `padding` texels (an eighth of
+//! it at the most), charts at least as far apart (by conservative masks in the fill, by an exact check of border segments after separation; or as far as the summary says
 //! where that many charts cannot be), the same bits for any number of threads. Counts bound the work, never a clock.
 //! Limits: charts are not cut; two or three large ones may leave a third of the square empty whatever the search does.
 
@@ -16,6 +16,7 @@ use super::settings::{Mode, PackSettings, PackSummary};
 use super::{clearance, grid, outline, separate, shelf, square};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
+use glam::DVec2;
 
 /// Up to this many charts are separated together from the start.
 const ALL: usize = 16;
@@ -32,6 +33,9 @@ const LEAD_ROOM: f64 = 1.2;
 
 /// Texels that are added to the padding, so that rounding UVs to 2^-24 cannot eat it.
 const SLACK: f64 = 1e-3;
+
+/// The border takes this share of the square at the most on each side, where the padding would take more.
+const BORDER_MOST: f64 = 0.125;
 
 /// Scratch bytes that [`pack`] asks for.
 pub fn pack_need(face_count: usize, chart_count: usize, settings: &PackSettings) -> usize {
@@ -63,7 +67,10 @@ pub fn pack(
         return Ok(grid::place(placements, &outlines, settings));
     }
     let poses = frame.take::<Pose>(charts.count)?;
-    let gap = Gap { texels: settings.padding as f64 + SLACK, size: settings.size.max(1) as f64 };
+    let border = border_of(settings);
+    // The charts fill a square within the border, which has so many texels fewer.
+    let size = settings.size.max(1) as f64 * (1.0 - 2.0 * border);
+    let gap = Gap { texels: settings.padding as f64 + SLACK, size };
     let (mut side, padding) = shelf::place(poses, &outlines, &gap, &mut frame)?;
     let kept = if padding >= gap.texels { settings.padding as f64 } else { f64::max(padding - SLACK, 0.0) };
     if padding >= gap.texels {
@@ -98,7 +105,7 @@ pub fn pack(
             }
         }
     }
-    Ok(finish(placements, poses, &outlines, kept))
+    Ok(finish(placements, poses, &outlines, border, kept))
 }
 
 /// How many of the largest charts lead.
@@ -119,11 +126,20 @@ fn leading(outlines: &Outlines) -> usize {
     }
 }
 
-/// Fits the charts' common box into the unit square and turns poses into placements.
-fn finish(placements: &mut [Placement], poses: &[Pose], outlines: &Outlines, padding: f64) -> PackSummary {
+/// Share of the square's side that stays empty at each side of it: what lies there is mixed with the other side where a texture
+/// repeats, as between charts where it is made small.
+fn border_of(settings: &PackSettings) -> f64 {
+    match settings.padding {
+        0 => 0.0,
+        texels => ((f64::from(texels) + SLACK) / f64::from(settings.size.max(1))).min(BORDER_MOST),
+    }
+}
+
+/// Fits the charts' common box into the unit square without its `border` and turns poses into placements.
+fn finish(placements: &mut [Placement], poses: &[Pose], outlines: &Outlines, border: f64, padding: f64) -> PackSummary {
     let [low, high] = common_box(poses, outlines);
     let side = (high - low).max_element();
-    let side = if side > 0.0 { side } else { 1.0 };
+    let side = if side > 0.0 { side } else { 1.0 } / (1.0 - 2.0 * border);
     for (chart, out) in placements.iter_mut().enumerate() {
         let chart = outlines.slot[chart] as usize;
         let pose = poses[chart];
@@ -131,7 +147,7 @@ fn finish(placements: &mut [Placement], poses: &[Pose], outlines: &Outlines, pad
             Placement::IDENTITY
         } else {
             let (turn, scale) = (outline::turn(pose.angle), outlines.unit / side);
-            let centre = (pose.at - low) / side;
+            let centre = (pose.at - low) / side + DVec2::splat(border);
             Placement { turn, translation: centre - turn.rotate(outlines.centre[chart]) * scale, scale }
         };
     }

@@ -15,7 +15,7 @@ pub enum Mode {
 pub struct PackSettings {
     /// Texture side in texels, at least 1.
     pub size: u32,
-    /// Empty texels between two charts. In `Grid`, on each side of a cell.
+    /// Empty texels between two charts, and between charts and the border of the square. In `Grid`, on each side of a cell.
     pub padding: u32,
     /// Placement.
     pub mode: Mode,

@@ -35,7 +35,7 @@ pub struct Settings {
     pub packing: Packing,
     /// Texture side in texels, for the padding.
     pub size: u32,
-    /// Empty texels between charts.
+    /// Empty texels between charts, and at the border of the square.
     pub padding: u32,
     /// Search work of tight packing: 0 only fills, 1 takes up to a second of a desktop's core, a microcontroller wants
     /// 0.05. Charts of 13 atlases fill .7285 with 0.8 in 0.59 s of user time.
