@@ -57,7 +57,7 @@ pub fn judge(mesh: &Mesh, atlas: &Atlas) -> Metrics {
     let Mesh { positions, corners, polygon_start, .. } = mesh;
     let polygons = Polygons { positions, corners, polygon_start, kept_uv: None };
     let mut bytes = vec![0; repair_need(&polygons.counts())];
-    let (working, _) = repair(&polygons, Facing::AsGiven, &mut Scratch::new(&mut bytes)).expect("unwrapped before");
+    let (working, _) = repair(&polygons, Facing::Turned, &mut Scratch::new(&mut bytes)).expect("unwrapped before");
     let source: Vec<[usize; 3]> =
         working.corner_source.chunks_exact(3).map(|c| [0, 1, 2].map(|i| c[i] as usize)).collect();
     let triangles: Vec<[u32; 3]> = source.iter().map(|t| t.map(|c| corners[c])).collect();

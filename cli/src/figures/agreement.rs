@@ -5,8 +5,8 @@
 
 use super::cells::{align, number};
 use crate::formats::labels::of_faces::Labels;
-use crate::mesh::fans::fans;
 use crate::mesh::polygons::Mesh;
+use crate::mesh::triangles::of_mesh;
 use comfy_table::{Table, presets};
 use glam::DVec2;
 use seamwright_core::base::real;
@@ -84,7 +84,7 @@ pub fn compare(
     mesh: &Mesh,
 ) -> Result<AgreementRecord, ScratchTooSmall> {
     let triangles: Vec<(usize, [u32; 3])> =
-        fans(&mesh.polygon_start).map(|(p, t)| (p, t.map(|c| mesh.corners[c as usize]))).collect();
+        of_mesh(mesh).into_iter().map(|(p, t)| (p, t.map(|c| mesh.corners[c as usize]))).collect();
     let mut area = vec![0.0; mesh.polygon_count()];
     for (p, t) in &triangles {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
@@ -129,14 +129,14 @@ pub fn compare(
 
 /// Chart of each polygon of a UV-mapped mesh, as `measure` counts charts; [`NONE`] without UV.
 pub fn charts(mesh: &Mesh, corner_uv: &[DVec2]) -> Result<Vec<u32>, ScratchTooSmall> {
-    let triangles: Vec<[u32; 3]> =
-        fans(&mesh.polygon_start).map(|(_, t)| t.map(|c| mesh.corners[c as usize])).collect();
-    let uv: Vec<[DVec2; 3]> = fans(&mesh.polygon_start).map(|(_, t)| t.map(|c| corner_uv[c as usize])).collect();
+    let found = of_mesh(mesh);
+    let triangles: Vec<[u32; 3]> = found.iter().map(|(_, t)| t.map(|c| mesh.corners[c as usize])).collect();
+    let uv: Vec<[DVec2; 3]> = found.iter().map(|(_, t)| t.map(|c| corner_uv[c as usize])).collect();
     let mut bytes = vec![0; uv_topology_need(mesh.positions.len(), triangles.len())];
     let view = UvMesh { positions: &mesh.positions, triangles: &triangles, corner_uv: &uv };
     let topology = uv_topology(view, &mut Scratch::new(&mut bytes))?;
     let mut chart = vec![NONE; mesh.polygon_count()];
-    for ((p, _), k) in fans(&mesh.polygon_start).zip(topology.chart) {
+    for ((p, _), k) in found.into_iter().zip(topology.chart) {
         if chart[p] == NONE {
             chart[p] = *k;
         }

@@ -5,8 +5,8 @@
 //! compare with those of evaluators that are built on it. `unwrap` has its own exposure, of the repaired mesh.
 
 use super::sampled::Weighting;
-use crate::mesh::fans::fans;
 use crate::mesh::polygons::Mesh;
+use crate::mesh::triangles::of_mesh;
 use crate::run::hierarchy::ObvhsBuilder;
 use glam::{DVec3, Vec3};
 use seamwright_core::base::scratch::Scratch;
@@ -42,7 +42,7 @@ pub fn vertex_exposure(
 ) -> Result<Vec<f32>, ExposureError> {
     let (place, points) = points(&mesh.positions)?;
     let corners: Vec<u32> = mesh.corners.iter().map(|v| place[*v as usize]).collect();
-    let faces: Vec<[u32; 3]> = fans(&mesh.polygon_start).map(|(_, t)| t.map(|c| corners[c as usize])).collect();
+    let faces: Vec<[u32; 3]> = of_mesh(mesh).into_iter().map(|(_, t)| t.map(|c| corners[c as usize])).collect();
     let mut normals = vec![DVec3::ZERO; points.len()];
     vertex_normals(&mut normals, MeshView { positions: &points, faces: &faces }, NormalWeight::Area);
     let points: Vec<Vec3> = points.iter().map(|p| p.as_vec3()).collect();

@@ -2,10 +2,11 @@
 
 use super::record::{AtlasRecord, ExposureRecord, WorstFace};
 use super::sampled::{SampledExposure, Weighting};
+use crate::mesh::triangles::triangles;
 use crate::mesh::view::PolygonView;
 use glam::DVec2;
 use seamwright_core::base::scratch::Scratch;
-use seamwright_core::judge::input::{UvMesh, fan};
+use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::measure::{MeasureError, Metrics, measure_need};
 
 /// Measures a mesh named `name`; `resolution` as for [`seamwright_core::judge::measure::measure`]. Takes about 300
@@ -24,7 +25,7 @@ pub fn measure(
     Ok(record(name, &metrics, exposure.map(|e| e.weighting), &soup.polygon))
 }
 
-/// The triangles of polygons, as fans from their first corners.
+/// The triangles of polygons.
 struct Triangles {
     triangles: Vec<[u32; 3]>,
     corner_uv: Vec<[DVec2; 3]>,
@@ -41,13 +42,11 @@ impl Triangles {
             }
         }
         let mut out = Self { triangles: vec![], corner_uv: vec![], polygon: vec![] };
-        for (p, ends) in mesh.polygon_start.windows(2).enumerate() {
-            for triangle in fan(ends[0], ends[1].min(last as u32)) {
-                let at = triangle.map(|c| c as usize);
-                out.triangles.push(at.map(|c| mesh.corners[c]));
-                out.corner_uv.push(mesh.corner_uv.map_or([DVec2::NAN; 3], |uv| at.map(|c| uv[c])));
-                out.polygon.push(p as u32);
-            }
+        for (p, triangle) in triangles(mesh) {
+            let at = triangle.map(|c| c as usize);
+            out.triangles.push(at.map(|c| mesh.corners[c]));
+            out.corner_uv.push(mesh.corner_uv.map_or([DVec2::NAN; 3], |uv| at.map(|c| uv[c])));
+            out.polygon.push(p as u32);
         }
         Ok(out)
     }
@@ -164,7 +163,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn polygons_are_judged_as_fans_and_named_by_their_place_in_the_file() {
+    fn polygons_are_judged_by_their_triangles_and_named_by_their_place_in_the_file() {
         let r = judge(true).unwrap();
         assert_eq!((r.faces, r.charts, r.faces_without_vt, r.seam_edges), (4, 1, 0, 0));
         assert_eq!(judge(false).unwrap().faces_without_vt, 1);

@@ -3,10 +3,12 @@
 //! - [`job`]: what it is asked for
 //! - [`target`], `checks`: where it goes, and what can be refused before the work
 //! - `sets`: what shares an atlas
+//! - `missed`: why a bound was not kept
 //! - `unwrap`: the work
 
 mod checks;
 pub mod job;
+mod missed;
 mod sets;
 pub mod target;
 mod unwrap;

@@ -1,6 +1,7 @@
 //! Does a job: loads, unwraps, writes, reports.
 
 use super::job::{Job, PartsSource};
+use super::missed::cause;
 use super::sets::{self, Joined, Set, has_triangle, sets};
 use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
@@ -66,7 +67,7 @@ impl Job {
         }
         made.empty.iter().for_each(|text| reporter.say(&format!("warning: {}: {text}", loaded.path.display())));
         warnings.extend(made.empty.clone());
-        let missed = made.all().find_map(|atlas| self.missed(atlas));
+        let missed = made.all(&loaded).find_map(|(mesh, atlas)| self.missed(mesh, atlas));
         warnings.extend(missed.clone());
 
         let mut drafts = Drafts::new();
@@ -227,7 +228,7 @@ impl Job {
     }
 
     /// What to say where the atlas is not what was asked for. It is written all the same.
-    fn missed(&self, atlas: &Atlas) -> Option<String> {
+    fn missed(&self, mesh: &Mesh, atlas: &Atlas) -> Option<String> {
         if self.method == MethodArg::Neural {
             // A learned map has no bound; it promises nothing but is asked for an atlas that can be painted on.
             let bad = atlas.report.overlapping + atlas.report.flipped;
@@ -238,9 +239,8 @@ impl Job {
         let (bound, reached) = (self.settings.distortion, atlas.report.distortion);
         let kept = reached <= bound * (1.0 + BOUND_SLACK); // not so where it is no number
         (!kept).then(|| {
-            format!(
-                "--distortion {bound}: the atlas is written, but its distortion is {reached:.4}: polygons that no plane holds, or faces thinner than a step of the UV grid; triangulate or remove those"
-            )
+            let cause = cause(mesh, &atlas.corner_uv);
+            format!("--distortion {bound}: the atlas is written, but its distortion is {reached:.4}, {cause}")
         })
     }
 }
@@ -256,10 +256,10 @@ struct Made {
 }
 
 impl Made {
-    /// Every atlas that has a unit square of its own.
-    fn all(&self) -> impl Iterator<Item = &Atlas> {
-        let whole = self.sets.is_empty().then_some(&self.atlas);
-        whole.into_iter().chain(self.sets.iter().map(|(_, _, atlas)| atlas))
+    /// Every atlas that has a unit square of its own, with its mesh.
+    fn all<'a>(&'a self, loaded: &'a Loaded) -> impl Iterator<Item = (&'a Mesh, &'a Atlas)> {
+        let whole = self.sets.is_empty().then_some((loaded.mesh(), &self.atlas));
+        whole.into_iter().chain(self.sets.iter().map(|(_, alone, atlas)| (alone.mesh(), atlas)))
     }
 
     /// A contact sheet, or one of each set, numbered from 0, as PNG.

@@ -2,10 +2,10 @@
 //!
 //! - [`polygons`]: a mesh as its file has it
 //! - [`view`]: the same, held by somebody else
-//! - [`fans`]: its triangles
+//! - [`triangles`]: its triangles
 //! - [`precision`]: how exact its file's coordinates are
 
-pub mod fans;
 pub mod polygons;
 pub mod precision;
+pub mod triangles;
 pub mod view;

@@ -2,8 +2,12 @@
 
 use super::surface::PictureSurface;
 use crate::base::colour::{self, INK, PANEL, Rgb, SEAM, linear, srgb};
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
+use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::{Workers, for_each_chunk};
+use seamwright_core::judge::facing::{find_turned, find_turned_need};
+use seamwright_core::judge::input::UvMesh;
+use seamwright_core::judge::wedges::{uv_topology, uv_topology_need};
 use seamwright_core::mesh::view::NONE;
 
 /// Samples a pixel and axis.
@@ -113,15 +117,35 @@ fn frame(uv: &[[DVec2; 3]]) -> (DVec2, f64) {
     (low - 0.02 * side, side * 1.04)
 }
 
-/// Whether each face's signed UV area is against the greater part of its chart.
+/// Whether each face's signed UV area is against the greater part of its chart, after those that neighbours outvote are turned,
+/// as `measure` does.
 fn flips(surface: &PictureSurface, uv: &[[DVec2; 3]]) -> Vec<bool> {
-    let area = |t: &[DVec2; 3]| (t[1] - t[0]).perp_dot(t[2] - t[0]);
+    let turned = turned(surface, uv);
+    let area = |f: usize| (uv[f][1] - uv[f][0]).perp_dot(uv[f][2] - uv[f][0]) * if turned[f] != 0 { -1.0 } else { 1.0 };
     let mut total = vec![0.0; surface.chart_count];
-    for (chart, t) in surface.chart.iter().zip(uv).filter(|(c, _)| **c != NONE) {
-        total[*chart as usize] += area(t);
+    for (f, chart) in surface.chart.iter().enumerate().take(uv.len()).filter(|(_, c)| **c != NONE) {
+        total[*chart as usize] += area(f);
     }
-    let against = |chart: u32, t: &[DVec2; 3]| chart != NONE && area(t) * total[chart as usize] < 0.0;
-    surface.chart.iter().zip(uv).map(|(c, t)| against(*c, t)).collect()
+    let against = |f: usize| {
+        let chart = surface.chart[f];
+        chart != NONE && area(f) * total[chart as usize] < 0.0
+    };
+    (0..uv.len()).map(against).collect()
+}
+
+/// 1 for each face that neighbours outvote.
+fn turned(surface: &PictureSurface, uv: &[[DVec2; 3]]) -> Vec<u8> {
+    let positions: Vec<DVec3> = surface.points.iter().map(|p| p.as_dvec3()).collect();
+    let mesh = UvMesh { positions: &positions, triangles: &surface.faces[..uv.len()], corner_uv: uv };
+    let need = uv_topology_need(positions.len(), uv.len()) + find_turned_need(uv.len());
+    let mut bytes = vec![0; need];
+    let mut scratch = Scratch::new(&mut bytes);
+    let solid: Vec<f64> = (0..uv.len()).map(|f| 0.5 * mesh.normal(f).length()).collect();
+    let mut turned = vec![0; uv.len()];
+    let topology = uv_topology(mesh, &mut scratch);
+    let found = topology.and_then(|topology| find_turned(&mut turned, mesh, &topology, &solid, scratch));
+    debug_assert!(found.is_ok(), "the memory is what they ask for");
+    turned
 }
 
 /// Half-open cover: a sample on an edge belongs to one of the edge's two faces, because both compute the edge from the

@@ -1,12 +1,12 @@
 //! The contact sheet of a polygon mesh as a file has it, as the bytes of a PNG.
 //!
-//! Polygons are drawn as fans from their first corner, the judge's convention: what the picture shows as flipped or
-//! overlapping is what `measure` counts.
+//! Polygons are drawn by the triangles that `measure` goes by: what the picture shows as flipped or overlapping is what it
+//! counts.
 
 use super::sheet::{SheetOptions, sheet};
 use super::surface::PictureMesh;
-use crate::mesh::fans::fans;
 use crate::mesh::polygons::Mesh;
+use crate::mesh::triangles::of_mesh;
 use glam::DVec2;
 use seamwright_core::base::workers::Workers;
 
@@ -28,11 +28,11 @@ impl Drawing<'_> {
     /// Draws it. The same bytes with any workers.
     pub fn png(self, workers: &dyn Workers) -> Vec<u8> {
         let mesh = self.mesh;
-        let corners: Vec<[u32; 3]> = fans(&mesh.polygon_start).map(|(_, triangle)| triangle).collect();
+        let found = of_mesh(mesh);
+        let corners: Vec<[u32; 3]> = found.iter().map(|(_, triangle)| *triangle).collect();
         let triangles: Vec<_> = corners.iter().map(|t| t.map(|c| mesh.corners[c as usize])).collect();
         let uv: Vec<_> = corners.iter().map(|t| t.map(|c| self.corner_uv[c as usize])).collect();
-        let chart: Option<Vec<_>> =
-            self.polygon_chart.map(|chart| fans(&mesh.polygon_start).map(|(p, _)| chart[p]).collect());
+        let chart: Option<Vec<_>> = self.polygon_chart.map(|chart| found.iter().map(|(p, _)| chart[*p]).collect());
         let picture = PictureMesh {
             positions: &mesh.positions,
             triangles: &triangles,

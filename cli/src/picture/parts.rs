@@ -9,8 +9,8 @@ use super::surface::{PictureMesh, PictureSurface};
 use super::view::{self, Look};
 use super::{font, view::Camera};
 use crate::base::colour::{INK, PAPER};
-use crate::mesh::fans::fans;
 use crate::mesh::polygons::Mesh;
+use crate::mesh::triangles::of_mesh;
 use seamwright_core::base::real::ln;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
@@ -36,9 +36,9 @@ impl PartsDrawing<'_> {
     /// Draws it as PNG. The same bytes with any workers.
     pub fn png(self, workers: &dyn Workers) -> Vec<u8> {
         let mesh = self.mesh;
-        let triangles: Vec<[u32; 3]> =
-            fans(&mesh.polygon_start).map(|(_, t)| t.map(|c| mesh.corners[c as usize])).collect();
-        let part: Vec<u32> = fans(&mesh.polygon_start).map(|(p, _)| self.part[p]).collect();
+        let found = of_mesh(mesh);
+        let triangles: Vec<[u32; 3]> = found.iter().map(|(_, t)| t.map(|c| mesh.corners[c as usize])).collect();
+        let part: Vec<u32> = found.iter().map(|(p, _)| self.part[*p]).collect();
         let thickness = self.thickness();
         let picture = |values: &[f32]| {
             let positions = &mesh.positions;

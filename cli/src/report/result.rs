@@ -44,9 +44,12 @@ pub struct RepairReport {
     pub welded_vertices: usize,
     pub dropped_triangles: usize,
     pub dropped_polygons: usize,
+    pub damaged_polygons: usize,
     pub flat_faces: usize,
     pub flipped_faces: usize,
     pub split_edges: usize,
+    pub copied_edges: usize,
+    pub one_sided_edges: usize,
     pub split_vertices: usize,
     pub components: usize,
     pub boundary_loops: usize,
@@ -69,20 +72,43 @@ impl ResultReport {
         }
     }
 
-    /// What the user should know of the atlas; nothing where all is well.
+    /// What the user should know of the atlas: a count, its one cause, and what to do. Nothing where all is well.
     pub fn warnings(&self) -> Vec<String> {
         let repaired = &self.repaired;
+        let crowded = repaired.split_edges.saturating_sub(repaired.copied_edges + repaired.one_sided_edges);
         let told = [
-            ("faces that are flipped or have no area in UV", self.flipped),
-            ("faces that overlap another in UV", self.overlapping),
-            ("polygons without three different corners, whose UVs are a neighbour's", repaired.dropped_polygons),
+            (self.flipped, "faces turned over or without area in UV", "look at them in --sheet"),
+            (self.overlapping, "faces that overlap another in UV", "--method hybrid has none"),
             (
-                "edges cut though their weight forbids it, since a piece cannot be laid flat without",
                 self.forbidden_cuts,
+                "edges cut though their weight forbids it, since a piece cannot be laid flat without",
+                "allow a cut there",
             ),
-            ("edges cut because they have more than two faces or faces of opposite sides", repaired.split_edges),
+            (
+                repaired.flipped_faces,
+                "triangles that face the other way than their neighbours",
+                "they are unwrapped with them and stay as they are in the file; turn them there if shading shows them",
+            ),
+            (
+                repaired.dropped_polygons,
+                "polygons without area, whose UVs are a neighbour's",
+                "remove them if a UV at each corner is needed",
+            ),
+            (
+                repaired.damaged_polygons,
+                "polygons that name the same corners again and again, of which one ring is unwrapped",
+                "build them anew",
+            ),
+            (crowded, "edges cut because more than two faces meet there", "remove faces inside, or part what touches"),
+            (repaired.copied_edges, "edges cut because a face lies upon its copy there", "remove one of the two"),
+            (
+                repaired.one_sided_edges,
+                "edges cut because the surface has one side only, like a Moebius band",
+                "nothing needs to be done",
+            ),
         ];
-        told.iter().filter(|(_, count)| *count > 0).map(|(text, count)| format!("{text}: {count}")).collect()
+        let told = told.into_iter().filter(|(count, ..)| *count > 0);
+        told.map(|(count, cause, advice)| format!("{cause}: {count}; {advice}")).collect()
     }
 }
 
@@ -92,9 +118,12 @@ impl From<&RepairSummary> for RepairReport {
             welded_vertices,
             dropped_triangles,
             dropped_polygons,
+            damaged_polygons,
             flat_faces,
             flipped_faces,
             split_edges,
+            copied_edges,
+            one_sided_edges,
             split_vertices,
             components,
             boundary_loops,
@@ -105,9 +134,12 @@ impl From<&RepairSummary> for RepairReport {
             welded_vertices,
             dropped_triangles,
             dropped_polygons,
+            damaged_polygons,
             flat_faces,
             flipped_faces,
             split_edges,
+            copied_edges,
+            one_sided_edges,
             split_vertices,
             components,
             boundary_loops,

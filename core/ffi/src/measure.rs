@@ -9,6 +9,8 @@ use glam::DVec2;
 use seamwright_core::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use seamwright_core::judge::input::{UvMesh, fan};
 use seamwright_core::judge::measure::{Metrics, measure, measure_need};
+use seamwright_core::mesh::polygons::Polygons;
+use seamwright_core::mesh::triangles::{triangles_need, triangles_of};
 
 /// Most texels a side.
 const RESOLUTION: u32 = 16384;
@@ -36,7 +38,7 @@ pub unsafe extern "C" fn seamwright_measure_scratch(
 
 /// Measures a map of `mesh`: `corner_uv` is (corner_count, 2), NaN where a corner has no UV; `exposure` is (vertex_count)
 /// or NULL. `resolution`: texels a side at which overlap and utilisation are sampled, 16384 at the most, 0 for none.
-/// Polygons are judged as fans from their first corner. `figures` is written after an error too.
+/// Polygons are judged by the triangles that `seamwright_unwrap` makes of them. `figures` is written after an error too.
 ///
 /// # Safety
 /// The pointers are what the header says.
@@ -75,9 +77,13 @@ unsafe fn need(mesh: SeamwrightMesh, resolution: u32) -> Result<usize, Fault> {
     }
     // SAFETY: the caller's promise.
     let starts = unsafe { Starts::read(&mesh, &mut Buffers::default())? };
-    let faces = starts.counts(mesh.vertex_count).triangles;
+    let counts = starts.counts(mesh.vertex_count);
+    let faces = counts.triangles;
     let soup = bytes_for::<[u32; 3]>(faces).saturating_add(bytes_for::<[DVec2; 3]>(faces));
-    Ok(measure_need(mesh.vertex_count, faces, resolution).saturating_add(soup).saturating_add(starts.need()))
+    Ok(measure_need(mesh.vertex_count, faces, resolution)
+        .saturating_add(soup)
+        .saturating_add(starts.need())
+        .saturating_add(triangles_need(&counts)))
 }
 
 /// # Safety
@@ -109,14 +115,22 @@ unsafe fn run(
     let short = |e: ScratchTooSmall| Fault::scratch(e.need, e.given, given);
     let list = starts.list(&mut scratch).map_err(short)?;
     let faces = starts.counts(0).triangles;
+    let polygons =
+        Polygons { positions: surface.positions, corners: surface.corners, polygon_start: list, kept_uv: None };
     let triangles = scratch.take::<[u32; 3]>(faces).map_err(short)?;
     let wedges = scratch.take::<[DVec2; 3]>(faces).map_err(short)?;
-    let fans = list.windows(2).flat_map(|ends| fan(ends[0], ends[1])).map(|t| t.map(|c| c as usize));
-    for ((triangle, wedge), at) in triangles.iter_mut().zip(&mut *wedges).zip(fans) {
-        *triangle = at.map(|c| surface.corners[c]);
-        *wedge = at.map(|c| corner_uv[c]);
+    let mut count = 0;
+    let mut put = |triangle: [u32; 3]| {
+        triangles[count] = triangle.map(|c| surface.corners[c as usize]);
+        wedges[count] = triangle.map(|c| corner_uv[c as usize]);
+        count += 1;
+    };
+    // Where a coordinate is no number there is no plane to triangulate in.
+    match triangles_of(&polygons, &mut scratch.frame()) {
+        Ok(found) => found.corners.iter().for_each(|t| put(*t)),
+        Err(_) => list.windows(2).flat_map(|ends| fan(ends[0], ends[1])).for_each(put),
     }
-    let view = UvMesh { positions: surface.positions, triangles, corner_uv: wedges };
+    let view = UvMesh { positions: surface.positions, triangles: &triangles[..count], corner_uv: &wedges[..count] };
     measure(view, exposure, resolution, scratch).map(|m| figures(&m)).map_err(|e| Fault::of_measure(e, given))
 }
 

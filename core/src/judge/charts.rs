@@ -5,9 +5,9 @@
 //! genus 0 with b loops of border has Euler number 2 - b, each handle takes 2. Loops that touch in a point count as one, so a
 //! chart whose border meets itself there is taken for one with a handle.
 //!
-//! A chart's orientation is the sign of its UV area; a face is flipped when it has the other sign. A chart mirrored as
-//! a whole has no flipped face: it is counted apart, against the orientation of the whole map. Faces that are degenerate
-//! or have no UV area are never flipped.
+//! A chart's orientation is the sign of its UV area; a face is flipped when it has the other sign, after faces that
+//! neighbours outvote are [`turned`](super::facing). A chart mirrored as a whole has no flipped face: it is counted apart,
+//! against the orientation of the whole map. Faces that are degenerate or have no UV area are never flipped.
 
 use super::distortion::Sound;
 use super::input::Areas;
@@ -41,15 +41,17 @@ pub const fn charts_need(chart_count: usize) -> usize {
 pub fn charts(
     topology: &UvTopology,
     areas: Areas,
+    turned: &[u8], // (f), as of `find_turned`
     sound: Sound,
     mut scratch: Scratch,
 ) -> Result<ChartFigures, ScratchTooSmall> {
     scratch.require(charts_need(topology.chart_count))?;
     let signed = scratch.take::<f64>(topology.chart_count)?;
     let mapped = || topology.chart.iter().enumerate().filter(|(_, c)| **c != NONE).map(|(f, c)| (f, *c as usize));
-    mapped().for_each(|(f, c)| signed[c] += areas.uv[f]);
+    let uv_area = |f: usize| if turned[f] != 0 { -areas.uv[f] } else { areas.uv[f] };
+    mapped().for_each(|(f, c)| signed[c] += uv_area(f));
     let flipped = |&(f, c): &(usize, usize)| {
-        let uv = areas.uv[f];
+        let uv = uv_area(f);
         areas.solid[f] > sound.solid_floor && uv.abs() > sound.uv_floor && sign(uv) != sign(signed[c])
     };
     let area = mapped().fold(0.0, |sum, (f, _)| sum + areas.solid[f]);
@@ -78,6 +80,7 @@ fn sign(x: f64) -> i32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::facing::{find_turned, find_turned_need};
     use super::super::input::{UvMesh, areas, areas_need};
     use super::super::wedges::{uv_topology, uv_topology_need};
     use super::*;
@@ -102,11 +105,14 @@ mod tests {
     fn judge_mesh(positions: &[DVec3], triangles: &[[u32; 3]], corner_uv: &[[DVec2; 3]]) -> ChartFigures {
         let mesh = UvMesh { positions, triangles, corner_uv };
         let faces = triangles.len();
-        let mut bytes = vec![0; areas_need(faces) + uv_topology_need(positions.len(), faces) + charts_need(faces)];
+        let work = charts_need(faces).max(find_turned_need(faces));
+        let mut bytes = vec![0; areas_need(faces) + uv_topology_need(positions.len(), faces) + work];
         let mut scratch = Scratch::new(&mut bytes);
         let areas = areas(mesh, &mut scratch).unwrap();
         let topology = uv_topology(mesh, &mut scratch).unwrap();
-        charts(&topology, areas, Sound::of(mesh, areas, 1.0), scratch).unwrap()
+        let mut turned = vec![0; faces];
+        find_turned(&mut turned, mesh, &topology, areas.solid, scratch.frame()).unwrap();
+        charts(&topology, areas, &turned, Sound::of(mesh, areas, 1.0), scratch).unwrap()
     }
 
     #[test]

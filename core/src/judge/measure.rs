@@ -7,6 +7,7 @@ use super::atlas::{Atlas, atlas, atlas_need};
 use super::charts::{ChartFigures, charts, charts_need};
 use super::coverage::{Coverage, coverage_need, fitted_coverage};
 use super::distortion::{Distortion, Sound, distortion, distortion_need};
+use super::facing::{find_turned, find_turned_need};
 use super::input::{UvBox, UvMesh, areas, areas_need};
 use super::seams::{Seams, seams, seams_need};
 use super::wedges::{UvTopology, uv_topology, uv_topology_need};
@@ -62,7 +63,7 @@ pub struct Exact {
     pub overlapping_charts: usize,
     /// Some of these pairs; the first `min(overlapping_faces, EXAMPLES)` count.
     pub examples: [[u32; 2]; EXAMPLES],
-    /// Faces whose orientation is not that of their chart (by its UV area).
+    /// Faces whose orientation is not that of their chart (by its UV area), after those that neighbours outvote are turned.
     pub flipped_faces: usize,
     /// Faces that have UV and no UV area on the grid.
     pub zero_faces: usize,
@@ -110,8 +111,9 @@ impl core::error::Error for MeasureError {}
 
 /// Scratch bytes for [`measure`] with these counts: about 240 a triangle, or four a texel on top of 150.
 pub const fn measure_need(vertices: usize, faces: usize, resolution: u32) -> usize {
-    let kept = areas_need(faces) + uv_topology_need(vertices, faces);
+    let kept = areas_need(faces) + uv_topology_need(vertices, faces) + bytes_for::<u8>(faces);
     let steps = [
+        find_turned_need(faces),
         distortion_need(faces),
         charts_need(faces),
         seams_need(vertices),
@@ -141,6 +143,8 @@ pub fn measure(
     scratch.require(measure_need(vertices, faces, resolution))?;
     let areas = areas(mesh, &mut scratch)?;
     let topology = uv_topology(mesh, &mut scratch)?;
+    let turned = scratch.take::<u8>(faces)?;
+    find_turned(turned, mesh, &topology, areas.solid, scratch.frame())?;
     let uv_box = mesh.uv_box();
     let sound = Sound::of(mesh, areas, uv_box.map_or(1.0, |b| b.extent()));
     let sum_where = |of: &dyn Fn(usize) -> bool| {
@@ -155,13 +159,13 @@ pub fn measure(
         area_without_uv: sum_where(&|f| !mesh.has_uv(f)) / area,
         uv_box,
         distortion: distortion(mesh, areas, sound, scratch.frame())?,
-        charts: charts(&topology, areas, sound, scratch.frame())?,
+        charts: charts(&topology, areas, turned, sound, scratch.frame())?,
         seams: seams(mesh, &topology, area, exposure, scratch.frame())?,
         coverage: match uv_box {
             Some(uv_box) => fitted_coverage(mesh, uv_box, resolution, scratch.frame())?,
             None => Coverage { resolution, ..Coverage::default() },
         },
-        exact: exact(mesh, &topology, uv_box, scratch.frame())?,
+        exact: exact(mesh, &topology, turned, uv_box, scratch.frame())?,
         atlas: atlas(&topology, areas, scratch.frame())?,
     })
 }
@@ -190,6 +194,7 @@ const fn exact_need(faces: usize) -> usize {
 fn exact(
     mesh: UvMesh,
     topology: &UvTopology,
+    turned: &[u8],
     uv_box: Option<UvBox>,
     mut scratch: Scratch,
 ) -> Result<Exact, ScratchTooSmall> {
@@ -200,10 +205,12 @@ fn exact(
     mesh.mapped_faces().for_each(|f| triangles[f] = mesh.corner_uv[f].map(|uv: DVec2| GridPoint::snap(uv, bits)));
 
     let doubled = scratch.take::<i128>(topology.chart_count)?;
-    let mapped = || triangles.iter().zip(topology.chart).filter(|(_, c)| **c != NONE);
-    mapped().for_each(|(t, c)| doubled[*c as usize] += doubled_area(t) as i128);
-    for (t, c) in mapped() {
-        let (area, chart) = (doubled_area(t) as i128, doubled[*c as usize]);
+    let signed = |f: usize| doubled_area(&triangles[f]) as i128 * if turned[f] != 0 { -1 } else { 1 };
+    let mapped =
+        || topology.chart.iter().enumerate().filter(|(_, c)| **c != NONE).map(|(f, c)| (signed(f), *c as usize));
+    mapped().for_each(|(area, c)| doubled[c] += area);
+    for (area, c) in mapped() {
+        let chart = doubled[c];
         out.zero_faces += (area == 0) as usize;
         out.flipped_faces += (area != 0 && area.signum() != chart.signum()) as usize;
     }

@@ -117,9 +117,14 @@ fn edge_length(mesh: UvMesh, edge: &Edge) -> f64 {
     sqrt((mesh.positions[edge.low as usize] - mesh.positions[edge.high as usize]).length_squared())
 }
 
-/// The turn between the two faces of `edge`, 0 where it has one or more than two.
-fn edge_turn(mesh: UvMesh, edge: &Edge) -> f64 {
-    if edge.face_count == 2 { turn(edge.faces.map(|f| mesh.normal(f as usize))) } else { 0.0 }
+/// The turn between the two faces of `edge`, whichever ways they face; 0 where it has one or more than two.
+fn edge_turn(mesh: UvMesh, topology: &UvTopology, edge: &Edge) -> f64 {
+    if edge.face_count != 2 {
+        return 0.0;
+    }
+    let [m, n] = edge.faces.map(|f| mesh.normal(f as usize));
+    let [a, b] = edge.faces.map(|f| topology.rises(mesh.triangles, f, edge));
+    turn([m, if a == b { -n } else { n }])
 }
 
 /// Lengths of edges between two faces.
@@ -134,7 +139,7 @@ struct Turned {
 fn turned(mesh: UvMesh, topology: &UvTopology) -> Turned {
     let mut sum = Turned::default();
     for edge in topology.edges.iter().filter(|e| e.face_count == 2) {
-        let (length, turn) = (edge_length(mesh, edge), edge_turn(mesh, edge));
+        let (length, turn) = (edge_length(mesh, edge), edge_turn(mesh, topology, edge));
         if turn > SHARP {
             sum.sharp += length;
         }
@@ -168,7 +173,7 @@ fn seam_exposure(
     };
     let (all, seam) = (along(&|_| true), along(&Edge::is_seam));
     let seams = topology.edges.iter().filter(|e| e.is_seam());
-    let noticed = seams.fold(0.0, |sum, e| sum + visible(e) * notice(edge_turn(mesh, e)));
+    let noticed = seams.fold(0.0, |sum, e| sum + visible(e) * notice(edge_turn(mesh, topology, e)));
     let (all_length, seam_length) = (all.1 / all.0, seam.1 / seam.0);
     Ok(SeamExposure {
         all_mean: mean(&|_| true),

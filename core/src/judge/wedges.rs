@@ -3,8 +3,8 @@
 //! Vertices at bit-equal positions are one (so that an exporter that splits vertices at seams cannot hide them). Two
 //! corners are one wedge when they stand at one vertex and their UVs agree to 1e-7 of the UV extent. An edge is a seam
 //! when two faces along it have different wedges at an end; the open border is no seam. Charts are the components of
-//! faces across equal wedge pairs. Where more than two faces meet at an edge, consecutive ones are compared, in the order
-//! (side of the face, face): arbitrary, but the convention of the evaluator that these figures are compared with.
+//! faces across equal wedge pairs. Where more than two faces meet at a place because pieces of surface lie upon one another,
+//! the file's own vertices tell them apart: if each face shares its own with another, there are as many edges as pieces.
 //! Everything is grouped by counting sorts: near-linear. Faces without UV belong to no edge and no chart.
 
 use super::input::UvMesh;
@@ -68,6 +68,15 @@ pub struct UvTopology<'a> {
     pub euler: &'a [i32], // (chart_count)
     /// Loops of each chart's border; those that touch in a wedge are one.
     pub loops: &'a [i32], // (chart_count)
+}
+
+impl UvTopology<'_> {
+    /// Whether `face` runs along `edge` from its low end to its high one. Two faces of an edge that both do, or both do not,
+    /// face opposite ways.
+    pub fn rises(&self, triangles: &[[u32; 3]], face: u32, edge: &Edge) -> bool {
+        let [a, b, c] = triangles[face as usize].map(|v| self.welded[v as usize]);
+        [(a, b), (b, c), (c, a)].contains(&(edge.low, edge.high))
+    }
 }
 
 /// Bytes that [`uv_topology`] takes, its own temporary ones included.
@@ -201,6 +210,24 @@ impl Ends<'_> {
         if a < b { (p, q) } else { (q, p) }
     }
 
+    /// (vertex of the file at the low end, vertex of the file at the high end).
+    fn own_vertices(&self, half_edge: u32) -> (u32, u32) {
+        let (face, side) = self.face_side(half_edge);
+        let [a, b] = [side, (side + 1) % 3].map(|i| self.triangles[face][i]);
+        if self.welded[a as usize] <= self.welded[b as usize] { (a, b) } else { (b, a) }
+    }
+
+    /// Do the faces at one place each share the file's own vertices with another? Sorts them by these vertices if so.
+    fn are_copies(&self, group: &mut [u32]) -> bool {
+        let own = |h: &u32| self.own_vertices(*h);
+        sort::by_key(group, |h| (own(h), *h));
+        let copies = group.runs(|a, b| own(a) == own(b)).all(|g| g.len() > 1);
+        if !copies {
+            sort::by_key(group, |h| *h);
+        }
+        copies
+    }
+
     fn has_uv(&self, half_edge: u32) -> bool {
         self.wedge[self.face_side(half_edge).0][0] != NONE
     }
@@ -222,26 +249,39 @@ fn join(
     for v in 0..half_edges.key_count() {
         let here = half_edges.get_mut(v);
         sort::by_key(here, |h| (ends.vertices(*h).1, *h));
-        for group in here.runs(|a, b| ends.vertices(*a).1 == ends.vertices(*b).1) {
-            let mut seam = false;
-            for pair in group.windows(2) {
-                if ends.wedges(pair[0]) == ends.wedges(pair[1]) {
-                    sets.union(ends.face_side(pair[0]).0 as u32, ends.face_side(pair[1]).0 as u32);
-                } else {
-                    seam = true;
-                }
+        let mut rest = here;
+        while let Some(first) = rest.first() {
+            let high = ends.vertices(*first).1;
+            let count = rest.iter().take_while(|h| ends.vertices(**h).1 == high).count();
+            let (group, others) = rest.parted_mut(count);
+            rest = others;
+            let copies = group.len() > 2 && ends.are_copies(group);
+            for group in group.runs(|a, b| !copies || ends.own_vertices(*a) == ends.own_vertices(*b)) {
+                edges[edge_count] = join_edge(group, seam_sides, ends, &mut sets);
+                edge_count += 1;
             }
-            if seam {
-                group.iter().map(|h| ends.face_side(*h)).for_each(|(face, side)| seam_sides[face] |= 1 << side);
-            }
-            let (low, high) = ends.vertices(group[0]);
-            let face = |i: usize| group.get(i).map_or(NONE, |h| ends.face_side(*h).0 as u32);
-            let face_count = group.len() as u32;
-            edges[edge_count] = Edge { low, high, face_count, seam: seam as u32, faces: [face(0), face(1)] };
-            edge_count += 1;
         }
     }
     Ok((edge_count, number_charts(chart, ends, &mut sets)))
+}
+
+/// Joins the faces of one edge, given by their sides of it, where their wedges are the same.
+fn join_edge(group: &[u32], seam_sides: &mut [u8], ends: Ends, sets: &mut UnionFind) -> Edge {
+    let face = |h: u32| ends.face_side(h).0 as u32;
+    let mut seam = false;
+    for (i, &h) in group.iter().enumerate() {
+        // Of faces with the same wedges the first joins all; the square of an edge's faces is no matter.
+        match group[..i].iter().find(|other| ends.wedges(**other) == ends.wedges(h)) {
+            Some(&other) => drop(sets.union(face(other), face(h))),
+            None => seam |= i > 0,
+        }
+    }
+    if seam {
+        group.iter().map(|h| ends.face_side(*h)).for_each(|(face, side)| seam_sides[face] |= 1 << side);
+    }
+    let (low, high) = ends.vertices(group[0]);
+    let faces = [0, 1].map(|i| group.get(i).map_or(NONE, |h| face(*h)));
+    Edge { low, high, face_count: group.len() as u32, seam: seam as u32, faces }
 }
 
 /// A set's root is its smallest face, so it comes by before the set's other faces.

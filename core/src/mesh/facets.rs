@@ -2,7 +2,8 @@
 //!
 //! Corners that repeat the vertex before them, and spikes (a, b, a), are left out of a polygon before it is
 //! triangulated. A polygon that still meets a vertex twice is a hole joined to its outline by a slit, and stays whole if
-//! triangles tile it; otherwise it is pinched, and falls into rings that meet each vertex once.
+//! triangles tile it; otherwise it is pinched, and falls into rings that meet each vertex once. One that names its vertices
+//! again and again is damaged: the largest of its rings stays. Polygons that are [`idle`](super::idle) make no triangle.
 //! So every triangle has three different vertices, and all triangles of one ring hang together by diagonals.
 
 use super::draft::Draft;
@@ -24,17 +25,34 @@ pub(super) const fn facets_need(n: usize, longest: usize) -> usize {
         .saturating_add(triangulate_need(longest))
 }
 
-/// Fills `draft` with the triangles of all polygons and `signature` (one a polygon) with a hash of its set of
-/// vertices. Returns the number of triangles and of polygons without any.
+/// A pinched polygon is damaged if it names a vertex more often than this on the mean. Rings that touch and bridges between
+/// them name theirs twice at the most.
+const MOST_NAMED: usize = 2;
+
+/// What [`facets`] found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct FacetCounts {
+    /// Triangles.
+    pub triangles: usize,
+    /// Polygons without any.
+    pub dropped: usize,
+    /// Polygons that are damaged.
+    pub damaged: usize,
+}
+
+/// Fills `draft` with the triangles of all polygons that are not `idle` (none where the list is empty) and `signature` (one a
+/// polygon) with a hash of its set of vertices.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn facets(
     draft: &mut Draft,
     signature: &mut [u64],
     input: &Polygons,
     same: &[u32], // the lowest vertex at the place of each vertex
+    idle: &[u8],  // (p), or nothing
     unit: &UnitBox,
     longest: usize,
     mut scratch: Scratch,
-) -> Result<(usize, usize), ScratchTooSmall> {
+) -> Result<FacetCounts, ScratchTooSmall> {
     let seen = scratch.take_filled::<u32>(same.len(), NONE)?;
     let mut facets = Facets {
         input,
@@ -47,8 +65,12 @@ pub(super) fn facets(
         behind: scratch.take(longest)?,
     };
     let (ring, stack) = (scratch.take::<u32>(longest)?, scratch.take::<u32>(longest)?);
-    let mut dropped = 0;
+    let mut found = FacetCounts::default();
     for (p, corners) in input.polygons().enumerate() {
+        if idle.get(p).is_some_and(|idle| *idle != 0) {
+            found.dropped += 1;
+            continue;
+        }
         let before = facets.count;
         let length = facets.reduce(ring, corners);
         let ring = &ring[..length];
@@ -56,15 +78,19 @@ pub(super) fn facets(
         if length >= 3 {
             let tiled = facets.triangulate(ring, &mut scratch)?;
             if !tiled && facets.meets_a_vertex_twice(ring, seen) {
-                facets.unpinch(p as u32, ring, stack, seen, &mut scratch)?;
+                found.damaged += usize::from(facets.unpinch(p as u32, ring, stack, seen, &mut scratch)?);
             } else {
                 facets.append(p as u32, ring);
             }
         }
-        dropped += usize::from(facets.count == before);
+        found.dropped += usize::from(facets.count == before);
     }
-    Ok((facets.count, dropped))
+    found.triangles = facets.count;
+    Ok(found)
 }
+
+/// A vertex that was met and is not on the stack.
+const MET: u32 = NONE - 1;
 
 struct Facets<'s, 'd> {
     input: &'s Polygons<'s>,
@@ -136,39 +162,71 @@ impl Facets<'_, '_> {
         triangulate(&mut self.triangles[..ring.len() - 2], &self.points[..ring.len()], scratch.frame())
     }
 
-    /// Cuts `ring` into rings that meet no vertex twice, and triangulates each. Each time a vertex is met again, the
-    /// corners since it was met first are a ring, and its later corner stands in the rest.
+    /// Cuts `ring` into rings that meet no vertex twice, and triangulates each, or of a damaged polygon the largest. Returns
+    /// whether it is damaged.
     fn unpinch(
         &mut self,
         polygon: u32,
         ring: &[u32],
         stack: &mut [u32],
-        seen: &mut [u32], // where on the stack a vertex stands
+        seen: &mut [u32],
         scratch: &mut Scratch,
-    ) -> Result<(), ScratchTooSmall> {
-        let mut height = 0;
+    ) -> Result<bool, ScratchTooSmall> {
+        let (mut count, mut largest) = (0, (0.0, 0));
+        let named = self.for_rings(ring, stack, seen, |facets, ring| {
+            let area = facets.area(ring);
+            largest = if area > largest.0 { (area, count) } else { largest };
+            count += 1;
+            Ok(())
+        })?;
+        let damaged = ring.len() > MOST_NAMED * named;
+        count = 0;
+        self.for_rings(ring, stack, seen, |facets, ring| {
+            if ring.len() >= 3 && (!damaged || count == largest.1) {
+                facets.triangulate(ring, scratch)?;
+                facets.append(polygon, ring);
+            }
+            count += 1;
+            Ok(())
+        })?;
+        Ok(damaged)
+    }
+
+    /// Takes each of the rings of `ring` that meet no vertex twice: each time a vertex is met again, the corners since it was
+    /// met first are a ring, and its later corner stands in the rest. Returns how many vertices there are.
+    fn for_rings(
+        &mut self,
+        ring: &[u32],
+        stack: &mut [u32],
+        seen: &mut [u32], // where on the stack a vertex stands
+        mut take: impl FnMut(&mut Self, &[u32]) -> Result<(), ScratchTooSmall>,
+    ) -> Result<usize, ScratchTooSmall> {
+        let (mut height, mut named) = (0, 0);
         for &c in ring {
             let first = seen[self.vertex(c) as usize];
-            if first != NONE {
+            if first == NONE || first == MET {
+                named += usize::from(first == NONE);
+            } else {
                 let first = first as usize;
-                self.add_ring(polygon, &stack[first..height], scratch)?;
-                stack[first + 1..height].iter().for_each(|&c| seen[self.vertex(c) as usize] = NONE);
+                take(self, &stack[first..height])?;
+                stack[first + 1..height].iter().for_each(|&c| seen[self.vertex(c) as usize] = MET);
                 height = first;
             }
             seen[self.vertex(c) as usize] = height as u32;
             stack[height] = c;
             height += 1;
         }
-        stack[..height].iter().for_each(|&c| seen[self.vertex(c) as usize] = NONE);
-        self.add_ring(polygon, &stack[..height], scratch)
+        take(self, &stack[..height])?;
+        ring.iter().for_each(|&c| seen[self.vertex(c) as usize] = NONE);
+        Ok(named)
     }
 
-    fn add_ring(&mut self, polygon: u32, ring: &[u32], scratch: &mut Scratch) -> Result<(), ScratchTooSmall> {
-        if ring.len() >= 3 {
-            self.triangulate(ring, scratch)?;
-            self.append(polygon, ring);
-        }
-        Ok(())
+    /// Twice the area of a ring, squared.
+    fn area(&self, ring: &[u32]) -> f64 {
+        let at = |c: u32| self.unit.place(self.input.positions[self.input.corners[c as usize] as usize]);
+        let Some(origin) = ring.first().map(|c| at(*c)) else { return 0.0 };
+        let sum = ring.windows(2).fold(DVec3::ZERO, |sum, c| sum + (at(c[0]) - origin).cross(at(c[1]) - origin));
+        sum.length_squared()
     }
 
     /// Puts the triangles of `ring` at the end of the draft.

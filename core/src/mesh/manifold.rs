@@ -9,6 +9,7 @@
 //! in opposite directions; the corners at a vertex are one fan.
 
 use super::draft::Draft;
+use super::idle::is_flat;
 use super::topology::fan_start;
 use super::view::{NONE, next, prev};
 use super::working::DIAGONAL;
@@ -74,30 +75,52 @@ struct Page {
     /// Runs from the low to the high vertex: the solid side lies clockwise of it.
     rises: bool,
     half: u32,
+    /// Without area: it has no side of the edge, and takes no neighbour from faces that have.
+    thin: bool,
     /// Has a copy that faces the other way at the same edge: a flap of no thickness, which hides a sheet that goes on.
     flap: bool,
 }
 
-/// Joins faces at the edges that have more than two. Returns how many such edges there are, and how many edges have
-/// two faces or more of which one at least has no partner.
+/// What [`join_crowds`] found.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Crowds {
+    /// Edges of more than two faces.
+    pub crowds: usize,
+    /// Edges of two faces or more of which one at least has no partner.
+    pub split: usize,
+    /// Those of them whose two faces are copies of one another.
+    pub copied: usize,
+}
+
+/// Joins faces at the edges that have more than two.
 pub(super) fn join_crowds(
     draft: &mut Draft,
     edges: &[[u32; 3]],
     signature: &[u64],
     place: impl Fn(u32) -> DVec3,
-) -> (usize, usize) {
-    let (mut crowds, mut split) = (0, 0);
+) -> Crowds {
+    let mut found = Crowds::default();
     for group in by_edge(edges).filter(|g| g.len() > 1) {
-        crowds += usize::from(group.len() > 2);
+        found.crowds += usize::from(group.len() > 2);
         if group.len() > 2 && group.len() <= MOST_AT_AN_EDGE {
             let mut pages = pages(draft, group, signature, &place);
-            if !join_solids(draft, &pages) {
+            let mut thin = pages.clone();
+            thin.retain(|p| p.thin);
+            pages.retain(|p| !p.thin);
+            if join_solids(draft, &pages) {
+                pages.clear();
+            } else {
+                join_flattest(draft, &mut pages, signature);
+            }
+            if !thin.is_empty() {
+                thin.iter().for_each(|p| pages.put(*p));
                 join_flattest(draft, &mut pages, signature);
             }
         }
-        split += usize::from(group.iter().any(|e| draft.twin[e[2] as usize] == NONE));
+        found.split += usize::from(group.iter().any(|e| draft.twin[e[2] as usize] == NONE));
+        found.copied += usize::from(matches!(*group, [[.., a], [.., b]] if !may_join(draft, signature, a, b)));
     }
-    (crowds, split)
+    found
 }
 
 /// The faces of one edge in order around it.
@@ -113,7 +136,8 @@ fn pages(
         let r = place(draft.vertex(prev(h))) - origin;
         r - axis * (r.dot(axis) / axis.length_squared())
     };
-    let x = away(first);
+    let is_thin = |h: u32| is_flat(draft.faces[(h / 3) as usize].map(place));
+    let x = away(group.iter().map(|e| e[2]).find(|h| !is_thin(*h)).unwrap_or(first));
     let y = axis.normalize_or_zero().cross(x);
     let mut pages = Vec::new();
     for &[.., half] in group {
@@ -121,7 +145,7 @@ fn pages(
         let rises = draft.vertex(half) == low;
         let opposite = |e: &&[u32; 3]| (draft.vertex(e[2]) == low) != rises;
         let flap = group.iter().filter(opposite).any(|e| !may_join(draft, signature, e[2], half));
-        pages.put(Page { angle: atan2(r.dot(y), r.dot(x)), rises, half, flap });
+        pages.put(Page { angle: atan2(r.dot(y), r.dot(x)), rises, half, thin: is_thin(half), flap });
     }
     sort::by(&mut pages, |a, b| a.angle.total_cmp(&b.angle).then(a.half.cmp(&b.half)));
     pages

@@ -11,11 +11,13 @@ pub mod quadric;
 pub mod repair;
 pub mod ring;
 pub mod topology;
+pub mod triangles;
 pub mod view;
 pub mod working;
 
 mod draft; // the steps of `repair`
 mod facets;
+mod idle;
 mod manifold;
 mod orient;
 #[cfg(test)]

@@ -100,13 +100,16 @@ fn settle(side: &mut [u8], piece: &[u32], draft: &Draft, input: &Polygons, unit:
     }
 }
 
-/// Takes the twins of half-edges apart that run in the same direction. Diagonals never do.
-pub(super) fn cut_conflicts(draft: &mut Draft) {
+/// Takes the twins of half-edges apart that run in the same direction; returns how many edges that cuts. Diagonals never do.
+pub(super) fn cut_conflicts(draft: &mut Draft) -> usize {
+    let mut count = 0;
     for h in 0..draft.twin.len() as u32 {
         let twin = draft.twin[h as usize];
         if twin != NONE && draft.vertex(h) == draft.vertex(twin) {
             draft.twin[h as usize] = NONE;
             draft.twin[twin as usize] = NONE;
+            count += 1;
         }
     }
+    count
 }

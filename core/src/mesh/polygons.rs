@@ -1,5 +1,6 @@
 //! The user's polygons, as every stage that takes them sees them.
 
+use super::view::NONE;
 use core::ops::Range;
 use glam::{DVec2, DVec3};
 
@@ -54,6 +55,12 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// Whether 32 bits cannot number all corners.
+    pub(super) const fn are_too_many(&self) -> bool {
+        let most = NONE as usize / 3;
+        self.triangles >= most || self.corners >= most || self.vertices >= most
+    }
+
     /// Those of a mesh of triangles.
     pub const fn of_triangles(vertices: usize, triangles: usize) -> Self {
         Self { vertices, corners: triangles.saturating_mul(3), polygons: triangles, triangles, longest: 3 }

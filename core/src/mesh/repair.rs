@@ -6,14 +6,15 @@
 //! half-edge or two twins of opposite direction (so `topology::twins` finds the same twins); the corners at a vertex are
 //! one fan; no face has a vertex twice; the triangles of a polygon hang together, so that its corners keep one UV each.
 //! Scaling the input by a power of two changes no bit of the result but `extent` and `centre`.
-//! Limits: faces of zero area stay, since taking them out would open cracks; vertices that are near one another but not
-//! equal stay apart. Faces that are turned round against the input have a mirrored UV in the eyes of a reader that goes
+//! Limits: faces of zero area stay, since taking them out would open cracks, but for those that are [`idle`](super::idle);
+//! vertices that are near one another but not equal stay apart. Faces that are turned round against the input have a mirrored UV in the eyes of a reader that goes
 //! by the file's order of corners, see [`Facing`].
 
 use super::draft::Draft;
-use super::facets::{facets, facets_need};
+use super::facets::{FacetCounts, facets, facets_need};
+use super::idle::{idle, idle_need, is_flat};
 use super::loops::{border_count, count_loops};
-use super::manifold::{Pull, Untangled, join_crowds, join_pairs, sort_edges, split_vertices, untangle};
+use super::manifold::{Crowds, Pull, Untangled, join_crowds, join_pairs, sort_edges, split_vertices, untangle};
 use super::orient::{cut_conflicts, orient, orient_need};
 use super::polygons::{Counts, Polygons};
 use super::unit_box::UnitBox;
@@ -23,10 +24,6 @@ use super::working::{DIAGONAL, FORCED, Working};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::union_find::UnionFind;
 use glam::{DVec2, DVec3};
-
-/// A face whose height over its longest side is below this share of that side counts as one of zero area. It is only
-/// counted: 1e-12 would leave out caps that one rounding moves, 1e-6 would count slivers that flatten well.
-pub const FLAT: f64 = 1e-9;
 
 /// What happens where neighbouring faces of the input disagree about the outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,12 +45,18 @@ pub struct RepairSummary {
     pub dropped_triangles: usize,
     /// Polygons of which no triangle is left.
     pub dropped_polygons: usize,
-    /// Working faces of (nearly) zero area, see [`FLAT`].
+    /// Polygons that name their vertices again and again, of which one ring is left.
+    pub damaged_polygons: usize,
+    /// Working faces of (nearly) zero area, see [`idle`](super::idle).
     pub flat_faces: usize,
     /// Working faces turned round against the input.
     pub flipped_faces: usize,
     /// Edges of two faces or more of which one at least has no neighbour.
     pub split_edges: usize,
+    /// Those of them whose two faces are copies of one another.
+    pub copied_edges: usize,
+    /// Those of them whose two faces cannot both face outwards: each surface with one side only has some.
+    pub one_sided_edges: usize,
     /// Working vertices beyond one for each place.
     pub split_vertices: usize,
     /// Pieces of surface.
@@ -107,9 +110,8 @@ impl core::error::Error for RepairError {}
 /// Bytes that must be free for [`repair`]: about 135 a triangle (150 where nothing is welded), and 85 a corner of the
 /// longest polygon. When it is done, 65 (at the most 145) of them a triangle stay taken.
 pub fn repair_need(counts: &Counts) -> usize {
-    let Counts { vertices, corners, triangles, .. } = *counts;
-    let most = NONE as usize / 3;
-    if triangles >= most || corners >= most || vertices >= most {
+    let Counts { vertices, triangles, .. } = *counts;
+    if counts.are_too_many() {
         return usize::MAX;
     }
     let kept =
@@ -124,7 +126,8 @@ fn temporary_need(counts: &Counts) -> usize {
     let edges = bytes_for::<[u32; 3]>(3 * triangles)
         .saturating_add(bytes_for::<u8>(3 * triangles))
         .saturating_add(orient_need(triangles).max(bytes_for::<u8>(vertices)));
-    let steps = weld_need(vertices).max(facets_need(vertices, longest)).max(edges);
+    let facets = bytes_for::<u8>(polygons).saturating_add(facets_need(vertices, longest));
+    let steps = weld_need(vertices).max(idle_need(counts)).max(facets).max(edges);
     bytes_for::<u64>(polygons.saturating_add(1)).saturating_add(steps)
 }
 
@@ -155,12 +158,17 @@ pub fn repair<'a>(
         let whole = UnitBox::new(welded.iter().filter(|v| **v != NONE).map(|v| input.positions[*v as usize]));
 
         let signature = frame.take::<u64>(input.polygon_start.len())?;
-        let (count, dropped) = facets(&mut draft, signature, input, welded, &whole, longest, frame.frame())?;
+        let found = {
+            let mut frame = frame.frame();
+            let idle = idle(input, welded, &whole, &mut frame)?;
+            facets(&mut draft, signature, input, welded, idle, &whole, longest, frame)?
+        };
+        let FacetCounts { triangles: count, dropped, damaged } = found;
         if count == 0 {
             return Err(RepairError::NoTriangle);
         }
         summary.dropped_triangles = triangles - count;
-        summary.dropped_polygons = dropped;
+        (summary.dropped_polygons, summary.damaged_polygons) = (dropped, damaged);
         draft = draft.shorten(count);
         unit = UnitBox::new(draft.faces.as_flattened().iter().map(|v| input.positions[*v as usize]));
         vertex_count = join_and_split(&mut draft, &mut summary, input, facing, signature, &unit, &mut frame)?;
@@ -195,7 +203,7 @@ pub fn repair<'a>(
 }
 
 /// Every corner names a vertex, and every vertex that is named is finite.
-fn check(input: &Polygons) -> Result<(), RepairError> {
+pub(super) fn check(input: &Polygons) -> Result<(), RepairError> {
     for ends in input.polygon_start.windows(2) {
         if ends[0] > ends[1] || ends[1] as usize > input.corners.len() {
             return Err(RepairError::BadIndex { corner: ends[1] as usize });
@@ -232,10 +240,10 @@ fn join_and_split(
     if facing == Facing::Turned {
         summary.flipped_faces = orient(draft, edges, input, unit, frame.frame())?;
     }
-    cut_conflicts(draft);
+    summary.one_sided_edges = cut_conflicts(draft);
     let place = |v: u32| unit.place(input.positions[v as usize]);
-    let (crowds, split) = join_crowds(draft, edges, signature, place);
-    summary.split_edges = split;
+    let Crowds { crowds, split, copied } = join_crowds(draft, edges, signature, place);
+    (summary.split_edges, summary.copied_edges) = (split, copied);
 
     let places = count_places(draft, frame.frame().take::<u8>(input.positions.len())?);
     let mut vertices = split_vertices(draft, done);
@@ -300,12 +308,8 @@ fn mark_kept_borders(draft: &mut Draft, input: &Polygons) {
 /// Counts what the finished mesh shows.
 fn measure(summary: &mut RepairSummary, working: &Working) {
     let mesh = working.mesh();
-    for (f, face) in mesh.faces.iter().enumerate() {
-        let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
-        let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
-        let height = FLAT * longest; // times the longest side
-        summary.flat_faces += usize::from(mesh.area_vector(f).length_squared() <= height * height);
-    }
+    let flat = mesh.faces.iter().filter(|face| is_flat(face.map(|v| mesh.positions[v as usize])));
+    summary.flat_faces = flat.count();
     let edges = (working.twin.len() + border_count(working.twin)) / 2;
     summary.components = working.component_count;
     summary.euler = mesh.positions.len() as i64 - edges as i64 + mesh.faces.len() as i64;

@@ -57,7 +57,7 @@ fn judged(case: &Case, made: &Made) {
     let polygons = Polygons { positions, corners, polygon_start, kept_uv };
     let mut bytes = vec![0; repair_need(&polygons.counts())];
     let mut scratch = Scratch::new(&mut bytes);
-    let (working, repaired) = repair(&polygons, Facing::AsGiven, &mut scratch).expect("it was repaired before");
+    let (working, repaired) = repair(&polygons, Facing::Turned, &mut scratch).expect("it was repaired before");
     let uv: Vec<DVec2> = working.corner_source.iter().map(|c| made.corner_uv[*c as usize]).collect();
     let mesh = UvMesh { positions: working.positions, triangles: working.faces, corner_uv: uv.as_chunks::<3>().0 };
     let area = |f: usize| {
