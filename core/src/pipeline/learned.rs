@@ -59,7 +59,7 @@ pub(super) fn neural(
     let total = scene.pieces.count();
     let from_charts = given == 0 && learning.start;
     if from_charts {
-        unwrap_pieces(uv, cut, scene.pieces, budget, scratch.frame(), scene.workers, &mut |p| {
+        unwrap_pieces(uv, cut, &[], scene.pieces, budget, scratch.frame(), scene.workers, &mut |p| {
             progress.report(Stage::Flatten, p, total).is_continue()
         })?;
     }
@@ -111,7 +111,7 @@ pub(super) fn hybrid(
     progress: &mut dyn Progress,
 ) -> Result<(), UnwrapError> {
     let total = scene.pieces.count();
-    unwrap_pieces(uv, cut, scene.pieces, scene.budget, scratch.frame(), scene.workers, &mut |p| {
+    unwrap_pieces(uv, cut, &[], scene.pieces, scene.budget, scratch.frame(), scene.workers, &mut |p| {
         progress.report(Stage::Seams, p, total).is_continue()
     })?;
     let (order, count) = largest(scene.pieces);

@@ -2,6 +2,7 @@
 
 mod exposure;
 pub mod input;
+mod kept;
 pub mod learned;
 pub mod learning;
 pub mod order;

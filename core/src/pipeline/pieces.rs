@@ -35,10 +35,13 @@ struct PieceJob<'j> {
     result: Result<(), SeamError>,
 }
 
-/// Makes charts of every piece: `uv` and `cut` have one entry a corner, in the order of the pieces.
+/// Makes charts of every piece: `uv` and `cut` have one entry a corner, in the order of the pieces. Pieces that are marked in
+/// `kept` (one a piece; no entry: not marked) stay as they are.
+#[allow(clippy::too_many_arguments)]
 pub fn unwrap_pieces(
     uv: &mut [DVec2],
     cut: &mut [u8],
+    kept: &[u8],
     pieces: &Pieces,
     budget: Budget,
     mut scratch: Scratch,
@@ -47,8 +50,13 @@ pub fn unwrap_pieces(
 ) -> Result<(), SeamError> {
     scratch.require(unwrap_pieces_need(pieces))?;
     let total = pieces.rest().len();
+    let is_kept = |p: usize| kept.get(p).is_some_and(|kept| *kept != 0);
     let mut p = 0;
     while p < pieces.count() {
+        if is_kept(p) {
+            p += 1;
+            continue;
+        }
         let corners = pieces.corners(p);
         if SMALL * corners.len() / 3 > total {
             alone(uv, cut, pieces, p, budget, scratch.frame(), workers, &mut || proceed(p))?;
@@ -67,7 +75,7 @@ pub fn unwrap_pieces(
             while p < pieces.count() && !jobs.is_full() {
                 let len = pieces.corners(p).len();
                 let need = piece_need(pieces, p);
-                if SMALL * len / 3 > total || (wave.remaining() < need && !jobs.is_empty()) {
+                if is_kept(p) || SMALL * len / 3 > total || (wave.remaining() < need && !jobs.is_empty()) {
                     break;
                 }
                 let (uv, cut) = (take_first(&mut uv_left, len), take_first(&mut cut_left, len));

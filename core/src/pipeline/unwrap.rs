@@ -2,6 +2,7 @@
 
 use super::exposure::{expose, share_exposure};
 use super::input::{Input, Output};
+use super::kept::take_over;
 use super::learned::{hybrid, neural};
 use super::learning::{LearnScene, Learning};
 use super::pieces::unwrap_pieces;
@@ -96,7 +97,7 @@ pub fn unwrap_by(
     scratch.require(unwrap_need(input, settings, bvh))?;
     let polygons = input.polygons();
     tell(progress, Stage::Repair, 0, 1)?;
-    let (mut working, repaired) = repair(&polygons, Facing::AsGiven, &mut scratch)?;
+    let (mut working, repaired) = repair(&polygons, Facing::Turned, &mut scratch)?;
     let own = scratch.take::<DVec3>(working.positions.len())?;
     let own_frame = to_own_frame(own, working.positions);
     working.positions = own;
@@ -126,14 +127,22 @@ pub fn unwrap_by(
     let scene = LearnScene { pieces: &pieces, open: &open, place_of: &place_of, input_of: &input_of, budget, workers };
     let mends = !matches!(method, Method::Neural(_));
     match method {
-        Method::Exact => unwrap_pieces(uv, cut, &pieces, budget, frame.frame(), workers, &mut |p| {
-            progress.report(Stage::Seams, p, total).is_continue()
-        })?,
+        Method::Exact => {
+            let kept = frame.take::<u8>(if input.kept_uv.is_some() { total } else { 0 })?;
+            if let Some(kept_uv) = input.kept_uv {
+                let corner = |slot: usize| working.corner_source[pieces.source[slot] as usize] as usize;
+                let of = |slot: usize| kept_uv.get(corner(slot)).copied().unwrap_or(DVec2::NAN);
+                take_over(uv, kept, &pieces, settings.distortion, of, frame.frame(), workers)?;
+            }
+            unwrap_pieces(uv, cut, kept, &pieces, budget, frame.frame(), workers, &mut |p| {
+                progress.report(Stage::Seams, p, total).is_continue()
+            })?
+        }
         Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
         Method::Hybrid(learning) => hybrid(uv, cut, &scene, learning, frame.frame(), progress)?,
     }
     let placing = Placing { pieces: &pieces, working: &working, parts: input.parts, packing: settings.pack(), mends };
-    if !budget.bulky && mends && settings.packing == Packing::Tight {
+    if !budget.bulky && mends && input.kept_uv.is_none() && settings.packing == Packing::Tight {
         cut_to_pack(uv, cut, &placing, frame.frame(), workers)?;
     }
     let forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);

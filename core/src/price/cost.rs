@@ -147,7 +147,7 @@ mod tests {
         };
         let mut bytes = vec![0; repair_need(&polygons.counts())];
         let mut out = Scratch::new(&mut bytes);
-        let (working, _) = repair(&polygons, Facing::AsGiven, &mut out).expect("a mesh");
+        let (working, _) = repair(&polygons, Facing::Turned, &mut out).expect("a mesh");
         let given = OnMesh::new(data, &polygons, &working);
         let mut cost = vec![0.0; working.twin.len()];
         let mut bytes = vec![0; prices_need(working.faces.len())];
