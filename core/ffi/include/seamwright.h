@@ -304,7 +304,7 @@ int32_t seamwright_measure_scratch(size_t *bytes,
 
 // Measures a map of `mesh`: `corner_uv` is (corner_count, 2), NaN where a corner has no UV; `exposure` is (vertex_count)
 // or NULL. `resolution`: texels a side at which overlap and utilisation are sampled, 16384 at the most, 0 for none.
-// Polygons are judged as fans from their first corner. `figures` is written after an error too.
+// Polygons are judged by the triangles that `seamwright_unwrap` makes of them. `figures` is written after an error too.
 int32_t seamwright_measure(struct SeamwrightFigures *figures,
                            const struct SeamwrightMesh *mesh,
                            const double *corner_uv,

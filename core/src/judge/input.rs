@@ -1,8 +1,8 @@
 //! What the judge looks at: triangles in space with a UV at each of their corners.
 //!
 //! A triangle has UV when all six of its coordinates are finite; any other is left out of every UV figure and counted.
-//! Polygons are judged as fans from their first corner ([`fan`]), concave ones too: that is the convention of the
-//! field's evaluators, and figures are comparable only under one convention.
+//! Polygons are judged by the triangles that an unwrap of them has, see [`triangles`](crate::mesh::triangles); as fans from their
+//! first corner ([`fan`]) where those cannot be had.
 
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
