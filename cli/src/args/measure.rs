@@ -1,5 +1,6 @@
 //! The words of `measure`.
 
+use super::writing::FORMATS;
 use clap::{Args, ValueEnum};
 use seamwright_core::judge::measure::RESOLUTION;
 use seamwright_core::pipeline;
@@ -11,6 +12,9 @@ pub struct MeasureArgs {
     /// UV-mapped files
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
+    /// What standard input holds, where a file is -
+    #[arg(long, value_name = "FORMAT", value_parser = FORMATS)]
+    pub format: Option<String>,
     /// Which set of UVs: TEXCOORD_N of a glTF, texcoordN of a PLY
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=15))]
     pub uv_set: u32,

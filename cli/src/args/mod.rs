@@ -4,6 +4,8 @@
 //! - [`settings`], [`method`], [`learning`], [`parts`], [`run`]: words that several of them take
 
 pub mod apply;
+pub mod batch;
+pub mod check;
 pub mod demo;
 pub mod group;
 pub mod learning;

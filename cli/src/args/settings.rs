@@ -78,6 +78,26 @@ pub enum HardEdgesArg {
 }
 
 impl SettingsArgs {
+    /// The words on a command line that ask for the same.
+    pub fn words(self) -> Vec<String> {
+        let Self { distortion, charts, packing, prefer, hard_edges, size, padding, rays, seed } = self;
+        fn name(value: impl ValueEnum) -> String {
+            value.to_possible_value().map(|value| value.get_name().into()).unwrap_or_default()
+        }
+        let all = [
+            ("--distortion", distortion.to_string()),
+            ("--charts", name(charts)),
+            ("--packing", name(packing)),
+            ("--prefer", name(prefer)),
+            ("--hard-edges", name(hard_edges)),
+            ("--size", size.to_string()),
+            ("--padding", padding.to_string()),
+            ("--rays", rays.to_string()),
+            ("--seed", seed.to_string()),
+        ];
+        all.into_iter().flat_map(|(flag, value)| [flag.into(), value]).collect()
+    }
+
     /// As core takes them.
     pub fn to_core(self) -> pipeline::Settings {
         pipeline::Settings {

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 /// `unwrap`.
 #[derive(Debug, Args)]
 pub struct UnwrapArgs {
-    /// The mesh (.obj, .ply, .stl, .off, .fbx, .glb, .gltf). Existing UVs are replaced
+    /// The mesh (.obj, .ply, .stl, .off, .fbx, .glb, .gltf); - is standard input. Existing UVs are replaced
     pub mesh: PathBuf,
     /// What is written.
     #[command(flatten)]

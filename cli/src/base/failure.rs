@@ -9,8 +9,8 @@
 //! | 5 | the run could not reach what was asked |
 //! | 130 | stopped by Ctrl-C or a termination signal, as shells report it |
 //!
-//! After every code but 0 all outputs are as they were before, with one exception: code 5 for a missed bound, or for faces
-//! that overlap, comes after the atlas was written.
+//! After every code but 0 all outputs are as they were before, with two exceptions: code 5 for a missed bound, or for faces
+//! that overlap, comes after the atlas was written; and a report that was asked for says why there is no atlas (3 and 5).
 
 use core::fmt;
 use std::io;

@@ -5,7 +5,8 @@ use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::args::parts::PartsArg;
 use crate::base::failure::Failure;
-use crate::formats::loaded::load_as;
+use crate::formats::format::Format;
+use crate::formats::loaded::open;
 use crate::jobs::job::{Job, PartsSource};
 use crate::jobs::target::target;
 use crate::training::map_file;
@@ -29,5 +30,6 @@ pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
     };
     job.check_settings()?;
     job.check_paths(&args.mesh)?;
-    job.run(|| load_as(&args.mesh, job.reading()))
+    let stream = args.writing.format.as_deref().and_then(Format::named);
+    job.run(&args.mesh, || open(&args.mesh, stream, job.reading()))
 }

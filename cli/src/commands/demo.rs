@@ -36,5 +36,5 @@ pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
         keep_seams: false,
         run: args.run,
     };
-    job.run(|| load_obj(Path::new(name), bytes.to_vec()))
+    job.run(Path::new(name), || load_obj(Path::new(name), bytes.to_vec()))
 }

@@ -11,8 +11,9 @@ use crate::figures::measure;
 use crate::figures::record::{AtlasRecord, json};
 use crate::figures::sampled::{SampledExposure, Weighting};
 use crate::figures::table::table;
+use crate::formats::format::Format;
 use crate::formats::labels::read as labels;
-use crate::formats::loaded::{Loaded, load_as};
+use crate::formats::loaded::{Loaded, open};
 use crate::formats::reading::Reading;
 use crate::mesh::polygons::NO_UV;
 use crate::mesh::view::PolygonView;
@@ -61,7 +62,8 @@ pub fn measure(args: &MeasureArgs) -> Result<(), Failure> {
 }
 
 fn measure_file(path: &Path, args: &MeasureArgs, pool: &Pool, reporter: &mut Reporter) -> Result<AtlasRecord, Failure> {
-    let loaded = load_as(path, Reading { uv_set: args.uv_set, ..Reading::default() })?;
+    let stream = args.format.as_deref().and_then(Format::named);
+    let loaded = open(path, stream, Reading { uv_set: args.uv_set, ..Reading::default() })?;
     // Labels can be compared on a mesh without UVs.
     let uv = if args.labels.is_some() { loaded.polygons()?.corner_uv.as_deref() } else { Some(loaded.mapped()?.1) };
     let mesh = loaded.polygons()?;

@@ -1,6 +1,8 @@
 //! The commands: each takes its arguments, does its work and says how it went.
 
 mod apply;
+mod batch;
+mod check;
 mod demo;
 mod measure;
 mod render;
@@ -18,6 +20,8 @@ pub fn run(command: &Command) -> Result<(), Failure> {
         Command::Segment(args) => segment::segment(args),
         Command::Measure(args) => measure::measure(args),
         Command::Render(args) => render::render(args),
+        Command::Batch(args) => batch::batch(args),
+        Command::Check(args) => check::check(args),
         Command::Demo(args) => demo::demo(args),
     }
 }

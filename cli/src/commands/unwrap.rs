@@ -4,7 +4,8 @@ use crate::args::learning::LearningArgs;
 use crate::args::method::MethodArg;
 use crate::args::unwrap::UnwrapArgs;
 use crate::base::failure::Failure;
-use crate::formats::loaded::load_as;
+use crate::formats::format::Format;
+use crate::formats::loaded::open;
 use crate::jobs::job::{Job, PartsSource};
 use crate::jobs::target::target;
 use crate::training::trainer::Trainer;
@@ -28,7 +29,8 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
     };
     job.check_settings()?;
     job.check_paths(&args.mesh)?;
-    job.run(|| load_as(&args.mesh, job.reading()))
+    let stream = args.writing.format.as_deref().and_then(Format::named);
+    job.run(&args.mesh, || open(&args.mesh, stream, job.reading()))
 }
 
 /// Settings of training; flags that only training knows are refused without it.

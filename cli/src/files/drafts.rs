@@ -2,14 +2,18 @@
 //!
 //! Each output is written to a temporary file in its own folder. [`Drafts::publish`] renames them all once the last one
 //! is complete, so a failure or Ctrl-C before that leaves every path as it was. A symbolic link stays a link: the file
-//! that it points to is replaced. What is no regular file (a pipe, `/dev/null`) is written in place, at publishing.
+//! that it points to is replaced, or made. What is no regular file (a pipe, `/dev/null`, `-`) is written in place, at publishing.
 //! Limits: the renames of several outputs are one after the other; a power cut between two leaves the first.
 
+use super::paths::is_stdout;
 use crate::base::failure::Failure;
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile};
+
+/// Links that are followed, as many as Linux does.
+const LINKS: usize = 40;
 
 /// Complete outputs that nobody sees yet.
 #[derive(Default)]
@@ -92,6 +96,10 @@ impl Drafts {
         for Draft { flag, path, text } in self.drafts {
             match text {
                 Text::Beside(file) => file.persist(&path).map(drop).map_err(|e| e.error),
+                Text::InPlace(bytes) if is_stdout(&path) => {
+                    let mut out = io::stdout().lock();
+                    out.write_all(&bytes).and_then(|()| out.flush())
+                }
                 Text::InPlace(bytes) => File::create(&path).and_then(|mut file| file.write_all(&bytes)),
             }
             .map_err(|e| Failure::output(flag, &path, &e))?;
@@ -110,13 +118,26 @@ enum Place {
 
 fn place(path: &Path) -> io::Result<Place> {
     match fs::metadata(path) {
+        _ if is_stdout(path) => Ok(Place::InPlace),
         Ok(data) if data.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
         Ok(data) if data.is_file() && data.permissions().readonly() => Err(io::ErrorKind::PermissionDenied.into()),
         Ok(data) if data.is_file() => fs::canonicalize(path).map(Place::Beside),
         Ok(_) => Ok(Place::InPlace),
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(Place::Beside(path.to_path_buf())),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => end_of_links(path).map(Place::Beside),
         Err(e) => Err(e),
     }
+}
+
+/// Where a path leads that nothing lies at: itself, or what its links point to.
+fn end_of_links(path: &Path) -> io::Result<PathBuf> {
+    let mut end = path.to_path_buf();
+    for _ in 0..LINKS {
+        match fs::read_link(&end) {
+            Ok(next) => end = end.parent().unwrap_or(Path::new("")).join(next),
+            Err(_) => return Ok(end),
+        }
+    }
+    Err(io::Error::other("its links lead round in a circle"))
 }
 
 /// An empty file in the folder of `target`, with the permissions that `target` has or would get.
@@ -201,5 +222,19 @@ mod tests {
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&file).unwrap(), b"new");
         assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
+        // One that leads nowhere makes the file that it names.
+        fs::create_dir(folder.path().join("far")).unwrap();
+        let (first, second) = (folder.path().join("c.obj"), folder.path().join("d.obj"));
+        symlink("d.obj", &first).unwrap();
+        symlink("far/e.obj", &second).unwrap();
+        assert_eq!(check("-o", &first), Ok(()));
+        let mut drafts = Drafts::new();
+        drafts.add("-o", &first, |out| out.write_all(b"far")).unwrap();
+        drafts.publish().unwrap();
+        assert!([first, second].iter().all(|link| fs::symlink_metadata(link).unwrap().is_symlink()));
+        assert_eq!(fs::read(folder.path().join("far/e.obj")).unwrap(), b"far");
+        let round = folder.path().join("r.obj");
+        symlink("r.obj", &round).unwrap();
+        assert_eq!(check("-o", &round).map_err(|e| e.code()), Err(4));
     }
 }

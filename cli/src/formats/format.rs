@@ -18,7 +18,12 @@ pub enum Format {
 impl Format {
     /// By the ending of `path`.
     pub fn of(path: &Path) -> Option<Self> {
-        Some(match path.extension()?.to_string_lossy().to_lowercase().as_str() {
+        Self::named(&path.extension()?.to_string_lossy())
+    }
+
+    /// By an ending without its point.
+    pub fn named(ending: &str) -> Option<Self> {
+        Some(match ending.to_lowercase().as_str() {
             "obj" => Format::Obj,
             "ply" => Format::Ply,
             "stl" => Format::Stl,

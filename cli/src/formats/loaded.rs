@@ -14,7 +14,7 @@ use super::{fbx, off, stl};
 use crate::base::failure::Failure;
 use crate::mesh::polygons::Mesh;
 use glam::DVec2;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// The endings that [`load`] knows, for messages.
@@ -53,6 +53,23 @@ pub fn load_as(path: &Path, reading: Reading) -> Result<Loaded, Failure> {
         return Err(Failure::Input(text));
     };
     let bytes = std::fs::read(path).map_err(|e| Failure::input(path, &e))?;
+    of_bytes(path, format, bytes, reading)
+}
+
+/// Reads what is wanted of the file at `path`, or of standard input, which holds `stream`, where `path` is `-`.
+pub fn open(path: &Path, stream: Option<Format>, reading: Reading) -> Result<Loaded, Failure> {
+    if path.as_os_str() != "-" {
+        return load_as(path, reading);
+    }
+    let Some(format) = stream else {
+        return Err(Failure::Usage("-: standard input has no ending; say with --format what it holds".into()));
+    };
+    let mut bytes = Vec::new();
+    io::stdin().lock().read_to_end(&mut bytes).map_err(|e| Failure::input(path, &e))?;
+    of_bytes(path, format, bytes, reading)
+}
+
+fn of_bytes(path: &Path, format: Format, bytes: Vec<u8>, reading: Reading) -> Result<Loaded, Failure> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let content = match format {
         Format::Obj => return load_obj(path, bytes),
@@ -156,7 +173,7 @@ impl Loaded {
                 gltf_compose::write(model, target, mapping).map_err(|e| self.unwritten(e))?
             }
             _ => {
-                let text = material::text(model);
+                let text = material::text(model).filter(|_| !target.is_stream());
                 let library = text.as_ref().map(|_| target.sibling(0, "mtl"));
                 let place = library.as_ref().map(|name| target.folder().join(name));
                 let main =

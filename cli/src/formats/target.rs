@@ -47,6 +47,11 @@ impl Target {
         Self { path: path.to_path_buf(), format, uv_set: 0, keep: false }
     }
 
+    /// Whether it is standard output, which has no place for files beside it.
+    pub fn is_stream(&self) -> bool {
+        self.path.as_os_str() == "-"
+    }
+
     /// The folder of the file.
     pub fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))

@@ -5,7 +5,7 @@ use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::base::failure::Failure;
 use crate::files::drafts;
-use crate::files::paths::{is_stdout, same_file};
+use crate::files::paths::{has_stdout, is_stdout, same_file};
 use seamwright_core::pipeline::Settings;
 use std::fs;
 use std::path::Path;
@@ -57,6 +57,10 @@ impl Job {
             ("--json", json, "-o", Some(self.target.path.as_path())),
             ("--json", json, "--sheet", sheet),
         ];
+        let is_json = self.json.as_deref().is_some_and(is_stdout);
+        if is_json && self.target.is_stream() {
+            return Err(Failure::Usage("--json -: standard output takes the mesh already; name a file".into()));
+        }
         for (flag, path, other, place) in clashes {
             if let (Some(path), Some(place)) = (path, place)
                 && same_file(path, place)
@@ -70,6 +74,11 @@ impl Job {
 
     /// Finds out whether all outputs can be written.
     pub(super) fn check_outputs(&self) -> Result<(), Failure> {
+        let streams = [("--json", self.json.as_deref()), ("-o", Some(self.target.path.as_path()))];
+        if let Some((flag, _)) = streams.iter().find(|(_, path)| path.is_some_and(is_stdout)).filter(|_| !has_stdout())
+        {
+            return Err(Failure::Output(format!("{flag} -: standard output is closed; name a file")));
+        }
         drafts::check("-o", &self.target.path)?;
         let others = [("--sheet", &self.sheet), ("--save-map", &self.save_map), ("--curves", &self.curves)];
         for (flag, path) in others {

@@ -2,6 +2,7 @@
 
 use crate::args::writing::WritingArgs;
 use crate::base::failure::Failure;
+use crate::files::paths::is_stdout;
 use crate::formats::format::Format;
 use crate::formats::target::Target;
 use std::fs;
@@ -14,8 +15,14 @@ pub fn target(asked: &WritingArgs, input: &Path) -> Result<Target, Failure> {
     const OTHERS: &str = "name a file that ends in .obj, .ply, .glb or .gltf";
     // What is no regular file, such as a pipe, has no ending to go by: it gets what came in.
     let special = fs::metadata(&asked.output).is_ok_and(|data| !data.is_file() && !data.is_dir());
-    let of_input = || Format::of(input).filter(|format| format.refusal().is_none()).unwrap_or(Format::Obj);
+    let stream = asked.format.as_deref().and_then(Format::named);
+    if stream.is_some() && !is_stdout(&asked.output) && input.as_os_str() != "-" {
+        return Err(refuse("--format", "files have their endings; it says what - is".into()));
+    }
+    let written = |format: &Format| format.refusal().is_none();
+    let of_input = || Format::of(input).or(stream).filter(written).unwrap_or(Format::Obj);
     let format = match Format::of(&asked.output) {
+        _ if is_stdout(&asked.output) => stream.unwrap_or_else(of_input),
         Some(format) => format,
         None if special => of_input(),
         None => return Err(refuse(&named, format!("unknown ending; {OTHERS}"))),
@@ -44,7 +51,7 @@ mod tests {
     use super::*;
 
     fn asked(output: &str) -> WritingArgs {
-        WritingArgs { output: output.into(), uv_set: 0, keep: false, without_uvs: false }
+        WritingArgs { output: output.into(), format: None, uv_set: 0, keep: false, without_uvs: false }
     }
 
     #[test]
@@ -70,5 +77,19 @@ mod tests {
     fn what_has_no_ending_gets_what_came_in() {
         let format = |input: &str| target(&asked("/dev/null"), Path::new(input)).map(|t| t.format);
         assert_eq!([format("a.glb"), format("a.stl")], [Ok(Format::Glb), Ok(Format::Obj)]);
+    }
+
+    #[test]
+    fn streams_are_what_is_said_or_what_came_in() {
+        let format = |input: &str, output: &str, said: Option<&str>| {
+            let asked = WritingArgs { format: said.map(String::from), ..asked(output) };
+            target(&asked, Path::new(input)).map(|t| t.format).map_err(|failure| failure.code())
+        };
+        assert_eq!(format("a.glb", "-", None), Ok(Format::Glb));
+        assert_eq!(format("a.glb", "-", Some("ply")), Ok(Format::Ply));
+        assert_eq!(format("-", "-", Some("ply")), Ok(Format::Ply));
+        assert_eq!(format("-", "b.obj", Some("stl")), Ok(Format::Obj));
+        assert_eq!(format("a.obj", "b.obj", Some("obj")), Err(2));
+        assert_eq!(format("-", "-", Some("stl")), Err(2));
     }
 }

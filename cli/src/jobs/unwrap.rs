@@ -19,6 +19,7 @@ use crate::mesh::view::PolygonView;
 use crate::picture::{curves, drawing::Drawing};
 use crate::report::asked::{InputReport, SettingsReport};
 use crate::report::document::{RunReport, StageReport};
+use crate::report::failed::FailureReport;
 use crate::report::learning::LearningReport;
 use crate::report::parts::{groups, tree};
 use crate::report::result::{ResultReport, SetReport};
@@ -38,10 +39,33 @@ use std::time::Instant;
 const BOUND_SLACK: f64 = 1e-6;
 
 impl Job {
-    /// Loads, unwraps, writes, reports. Nothing is written unless everything can be.
-    pub fn run(&self, load: impl FnOnce() -> Result<Loaded, Failure>) -> Result<(), Failure> {
-        let start = Instant::now();
+    /// Loads, unwraps, writes, reports. Nothing is written unless everything can be, but for a report that says why there is
+    /// no atlas of the mesh at `input`.
+    pub fn run(&self, input: &Path, load: impl FnOnce() -> Result<Loaded, Failure>) -> Result<(), Failure> {
         self.check_outputs()?;
+        let missed = self.atlas(load).inspect_err(|failure| self.tell(input, failure))?;
+        missed.map_or(Ok(()), |text| Err(Failure::Unreached(text)))
+    }
+
+    /// Writes to the report why there is no atlas, where the mesh is why. What cannot be written is not told of: the code and
+    /// the message stand for themselves.
+    fn tell(&self, input: &Path, failure: &Failure) {
+        let Some(path) = self.json.as_deref().filter(|_| matches!(failure, Failure::Input(_) | Failure::Unreached(_)))
+        else {
+            return;
+        };
+        let report = FailureReport::new(input, failure);
+        if is_stdout(path) {
+            let _ = report.write(&mut stdout().lock());
+            return;
+        }
+        let mut drafts = Drafts::new();
+        let _ = drafts.add("--json", path, |out| report.write(out)).and_then(|()| drafts.publish());
+    }
+
+    /// The whole run. Gives what was missed of what was asked, with the atlas written.
+    fn atlas(&self, load: impl FnOnce() -> Result<Loaded, Failure>) -> Result<Option<String>, Failure> {
+        let start = Instant::now();
         let loaded = load()?;
         let mut reporter = Reporter::new(Show::fitting(self.run.quiet));
         let mut warnings = loaded.warnings().to_vec();
@@ -75,6 +99,10 @@ impl Job {
         let files = loaded.files(&self.target, Mapping { corner_uv: &atlas.corner_uv, groups: groups.as_ref() })?;
         files.warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
         warnings.extend(files.warnings);
+        if let Some((path, _)) = files.beside.first().filter(|_| self.target.is_stream()) {
+            let text = format!("it needs {} beside it; name a file, or take --format glb", path.display());
+            return Err(Failure::Usage(format!("-o -: {text}")));
+        }
         for (path, bytes) in &files.beside {
             drafts.add_below("-o", path, |out| out.write_all(bytes))?;
         }
@@ -123,7 +151,7 @@ impl Job {
             100.0 * report.result.utilisation,
             report.seconds
         ));
-        missed.map_or(Ok(()), |text| Err(Failure::Unreached(text)))
+        Ok(missed)
     }
 
     /// The parts that were asked for.

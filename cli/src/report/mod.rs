@@ -5,6 +5,7 @@
 
 pub mod asked;
 pub mod document;
+pub mod failed;
 pub mod learning;
 pub mod parts;
 pub mod result;

@@ -56,17 +56,7 @@ pub fn make_by(
     progress: &mut Reporter,
 ) -> Result<Atlas, Failure> {
     let mesh = if keep_seams { loaded.mapped()?.0 } else { loaded.polygons()? };
-    let input = Input {
-        kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
-        parts,
-        edges: EdgeData {
-            normals: mesh.corner_normals.as_deref(),
-            marks: mesh.edge_marks.as_deref(),
-            ..EdgeData::default()
-        },
-        tolerance: mesh.tolerance,
-        ..Input::new(&mesh.positions, &mesh.corners, &mesh.polygon_start)
-    };
+    let input = input(mesh, keep_seams, parts);
     let mut atlas = empty(mesh);
     let triangles = mesh.corners.len().saturating_sub(2 * mesh.polygon_count());
     let learned = trainer.as_ref().map_or(0, |t| learned_need(triangles, mesh.positions.len(), &t.settings, MOST));
@@ -101,6 +91,25 @@ pub fn make_by(
     })?;
     atlas.report = result.map_err(|e| refusal(loaded, e))?;
     if stop_requested() { Err(Failure::Stopped) } else { Ok(atlas) }
+}
+
+/// Bytes that core may need for `mesh`, an estimate from above.
+pub fn need(mesh: &Mesh, settings: &Settings) -> usize {
+    unwrap_need(&input(mesh, false, None), settings, &ObvhsBuilder)
+}
+
+fn input<'a>(mesh: &'a Mesh, keep_seams: bool, parts: Option<&'a [u32]>) -> Input<'a> {
+    Input {
+        kept_uv: mesh.corner_uv.as_deref().filter(|_| keep_seams),
+        parts,
+        edges: EdgeData {
+            normals: mesh.corner_normals.as_deref(),
+            marks: mesh.edge_marks.as_deref(),
+            ..EdgeData::default()
+        },
+        tolerance: mesh.tolerance,
+        ..Input::new(&mesh.positions, &mesh.corners, &mesh.polygon_start)
+    }
 }
 
 fn empty(mesh: &Mesh) -> Atlas {

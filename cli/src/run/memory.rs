@@ -4,6 +4,7 @@
 //! more, the run starts again with twice as much, until that does not help or the machine has no more to give.
 
 use crate::base::failure::Failure;
+use core::sync::atomic::{AtomicBool, Ordering};
 use seamwright_core::pipeline::UnwrapError;
 
 /// Runs `work` with `need` bytes, and with twice as many as often as it asks for more. The error is that there are no
@@ -25,9 +26,23 @@ pub(super) fn with_enough<T>(
     }
 }
 
+/// What is printed where memory runs out in the middle of something.
+pub const SPENT: &str = "seamwright: no more memory is to be had; free some or simplify the mesh\n";
+
+/// Set while a piece is asked for that can be done without.
+static TRIES: AtomicBool = AtomicBool::new(false);
+
+/// Whether whoever asks for memory now takes a no for an answer.
+pub fn can_do_without() -> bool {
+    TRIES.load(Ordering::Relaxed)
+}
+
 /// Zeroed bytes. Pages that are never touched cost nothing.
 fn memory(need: usize) -> Result<Box<[u8]>, Failure> {
-    bytemuck::allocation::try_zeroed_slice_box(need).map_err(|()| {
+    TRIES.store(true, Ordering::Relaxed);
+    let bytes = bytemuck::allocation::try_zeroed_slice_box(need);
+    TRIES.store(false, Ordering::Relaxed);
+    bytes.map_err(|()| {
         let gigabytes = need as f64 / f64::from(1u32 << 30);
         Failure::Unreached(format!("{gigabytes:.1} GiB of memory are not to be had; free some or simplify the mesh"))
     })

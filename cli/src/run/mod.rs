@@ -7,7 +7,7 @@
 pub mod atlas;
 mod errors;
 pub mod hierarchy;
-mod memory;
+pub mod memory;
 pub mod parts;
 pub mod progress;
 pub mod stop;

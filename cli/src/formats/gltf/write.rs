@@ -140,6 +140,10 @@ impl Out<'_> {
     /// Copies a file that a URI names to the same place seen from the new file.
     fn copied(&mut self, uri: &str) -> Result<(), WriteError> {
         let name = decode_percent(uri);
+        if self.target.is_stream() && !has_scheme(uri) {
+            self.warnings.push(format!("{uri} is named by it and not written; put it where the stream goes"));
+            return Ok(());
+        }
         let whole =
             |folder: &Path| fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
         let (from, to) = (self.file.folder.join(&name), self.target.folder().join(&name));

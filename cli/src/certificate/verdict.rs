@@ -1,0 +1,181 @@
+//! The whole: an atlas and the rules that it must keep.
+//!
+//! Decided by the numbers as they are written, without rounding: every face with an area has one in UV, counter-clockwise; no
+//! two have an inner point in common; charts keep their distance; the mesh is the input's. Faces without an area in space (a
+//! height below 1e-9 of their longest side) need none in UV; those that meet fewer than three places need only UVs.
+//! O(n log n) for atlases as they occur.
+
+use super::boxes::{BoxTree, around};
+use super::charts::{border, charts, wedges};
+use super::distance::Texels;
+use super::fault::Fault;
+use super::gutters::{self, Side};
+use super::planar::interiors_meet;
+use super::rings::{places, reduced, unpinched};
+use super::same;
+use super::tiles::tiles;
+use crate::mesh::polygons::Mesh;
+use glam::{DVec2, DVec3};
+
+/// Height over the longest side below which a face counts as one without area.
+const FLAT: f64 = 1e-9;
+
+/// More faults than these are not looked for.
+pub const MOST: usize = 100;
+
+/// What an atlas must keep to.
+#[derive(Clone, Copy, Default)]
+pub struct Rules<'a> {
+    /// What shares a unit square: a number a polygon. `None`: all.
+    pub squares: Option<&'a [u32]>,
+    /// How far charts are apart; with it, all UVs lie in the unit square.
+    pub gap: Option<Texels>,
+    /// The mesh that was unwrapped.
+    pub input: Option<&'a Mesh>,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// What is wrong; at most about [`MOST`]. Empty: the atlas keeps every rule.
+    pub faults: Vec<Fault>,
+    /// Faces.
+    pub faces: usize,
+    /// Those without an area on the mesh, which need none in UV.
+    pub flat: usize,
+    /// Sets of faces that hang together in UV.
+    pub charts: usize,
+}
+
+/// Decides whether the UVs of `mesh` keep the rules.
+pub fn verdict(mesh: &Mesh, rules: Rules) -> Verdict {
+    let mut verdict = Verdict { faces: mesh.polygon_count(), ..Verdict::default() };
+    if let Some(input) = rules.input {
+        same::check(input, mesh, MOST, &mut verdict.faults);
+    }
+    let Some(uv) = &mesh.corner_uv else {
+        verdict.faults.extend((0..mesh.polygon_count().min(MOST)).map(|p| Fault::Unmapped(p as u32)));
+        return verdict;
+    };
+    let place = places(mesh);
+    let mut plane = Plane { mesh, uv, place: &place, rings: Vec::new(), faces: Vec::new(), tiles: Vec::new() };
+    for (p, corners) in mesh.polygons().enumerate() {
+        if verdict.faults.len() >= MOST {
+            return verdict;
+        }
+        verdict.faults.extend(plane.face(p as u32, corners, rules.gap.is_some(), &mut verdict.flat));
+    }
+    plane.overlaps(rules.squares, &mut verdict.faults);
+    let wedge = wedges(mesh, uv, &place);
+    let (chart, count) = charts(&wedge, &plane.rings);
+    verdict.charts = count;
+    if let Some(gap) = rules.gap.filter(|gap| gap.padding > 0) {
+        let side = |([a, b], ring): ([u32; 2], usize)| Side {
+            ends: [a, b].map(|c| uv[c as usize]),
+            face: plane.faces[ring],
+            chart: chart[ring],
+            square: rules.squares.map_or(0, |squares| squares[plane.faces[ring] as usize]),
+        };
+        let sides: Vec<Side> = border(&wedge, &plane.rings).into_iter().map(side).collect();
+        gutters::check(&sides, gap, MOST, &mut verdict.faults);
+    }
+    verdict
+}
+
+struct Plane<'a> {
+    mesh: &'a Mesh,
+    uv: &'a [DVec2],
+    place: &'a [u32],
+    /// Corners of what faces are without repeats and spikes, and the face of each.
+    rings: Vec<Vec<u32>>,
+    faces: Vec<u32>,
+    /// Triangles in UV, and the face of each.
+    tiles: Vec<([DVec2; 3], u32)>,
+}
+
+impl Plane<'_> {
+    /// Takes a face in; says what is wrong with it by itself.
+    fn face(&mut self, p: u32, corners: core::ops::Range<usize>, in_square: bool, flat: &mut usize) -> Option<Fault> {
+        let own = &self.uv[corners.clone()];
+        if own.iter().any(|uv| uv.is_nan()) {
+            return Some(Fault::Unmapped(p));
+        }
+        if own.iter().any(|uv| !uv.is_finite()) {
+            return Some(Fault::NotFinite(p));
+        }
+        if in_square && own.iter().any(|uv| uv.clamp(DVec2::ZERO, DVec2::ONE) != *uv) {
+            return Some(Fault::Outside(p));
+        }
+        let ring = reduced(self.place, corners.map(|c| c as u32));
+        if ring.len() < 3 {
+            *flat += 1;
+            return None;
+        }
+        if self.tile(p, &ring) {
+            return None;
+        }
+        let rings = unpinched(self.place, ring.clone());
+        let mut is_flat = false;
+        for ring in &rings {
+            // A pinched polygon's rings each lie where they like.
+            if rings.len() > 1 && self.tile(p, ring) {
+                continue;
+            }
+            if !self.is_flat(ring) {
+                let is_empty = ring.iter().all(|c| self.uv[*c as usize] == self.uv[ring[0] as usize])
+                    || doubled_area(ring.iter().map(|c| self.uv[*c as usize])) == 0.0;
+                return Some(if is_empty { Fault::Empty(p) } else { Fault::Flipped(p) });
+            }
+            is_flat = true;
+            self.rings.push(ring.clone());
+            self.faces.push(p);
+        }
+        *flat += usize::from(is_flat);
+        None
+    }
+
+    /// Takes a ring in where triangles tile it.
+    fn tile(&mut self, p: u32, ring: &[u32]) -> bool {
+        let points: Vec<DVec2> = ring.iter().map(|c| self.uv[*c as usize]).collect();
+        let Some(found) = tiles(&points) else { return false };
+        self.tiles.extend(found.into_iter().map(|tile| (tile.map(|i| points[i]), p)));
+        self.rings.push(ring.to_vec());
+        self.faces.push(p);
+        true
+    }
+
+    fn is_flat(&self, ring: &[u32]) -> bool {
+        let at = |c: &u32| self.mesh.positions[self.mesh.corners[*c as usize] as usize];
+        let origin = at(&ring[0]);
+        let pairs = || ring.iter().zip(ring.iter().cycle().skip(1));
+        let area: DVec3 = pairs().map(|(a, b)| (at(a) - origin).cross(at(b) - origin)).sum();
+        let longest = pairs().map(|(a, b)| at(a).distance_squared(at(b))).fold(0.0, f64::max);
+        area.length() <= FLAT * longest
+    }
+
+    /// Adds a fault for each triangle, up to [`MOST`] in all, that overlaps another.
+    fn overlaps(&self, squares: Option<&[u32]>, faults: &mut Vec<Fault>) {
+        let boxes: Vec<_> = self.tiles.iter().map(|(tile, _)| around(tile)).collect();
+        let tree = BoxTree::new(&boxes);
+        let square = |face: u32| squares.map_or(0, |squares| squares[face as usize]);
+        for (i, (tile, face)) in self.tiles.iter().enumerate() {
+            if faults.len() >= MOST {
+                return;
+            }
+            tree.each(boxes[i], |j| {
+                let (other, its) = &self.tiles[j];
+                let is_fault = i < j && square(*face) == square(*its) && interiors_meet(tile, other);
+                if is_fault {
+                    faults.push(if face == its { Fault::Flipped(*face) } else { Fault::Overlap(*face, *its) });
+                }
+                is_fault
+            });
+        }
+    }
+}
+
+/// Twice the area that a ring of points goes around, rounded.
+fn doubled_area(points: impl Iterator<Item = DVec2> + Clone) -> f64 {
+    let next = points.clone().cycle().skip(1);
+    points.zip(next).map(|(a, b)| a.perp_dot(b)).sum()
+}

@@ -1,0 +1,44 @@
+//! The JSON of a run that ended without an atlas.
+
+use crate::base::failure::Failure;
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Why there is no atlas.
+#[derive(Debug, Serialize)]
+pub struct FailureReport {
+    /// Version of seamwright.
+    pub version: &'static str,
+    /// What should have been read.
+    pub input: FailedInput,
+    /// The exit code.
+    pub code: u8,
+    /// What the user reads.
+    pub error: String,
+}
+
+/// The input of a run that failed.
+#[derive(Debug, Serialize)]
+pub struct FailedInput {
+    /// Path as given.
+    pub file: String,
+}
+
+impl FailureReport {
+    /// What to tell of `failure`, where `input` was to be unwrapped.
+    pub fn new(input: &Path, failure: &Failure) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            input: FailedInput { file: input.display().to_string() },
+            code: failure.code(),
+            error: failure.to_string(),
+        }
+    }
+
+    /// Writes indented JSON and a line end.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        serde_json::to_writer_pretty(&mut *out, self)?;
+        out.write_all(b"\n")
+    }
+}
