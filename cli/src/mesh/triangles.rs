@@ -40,7 +40,7 @@ mod tests {
 
     #[test]
     fn a_convex_pentagon_is_a_fan_a_concave_quad_is_not_and_what_is_no_number_is() {
-        let points = [(0., 0.), (2., 0.), (3., 1.), (2., 2.), (0., 2.), (1.5, 1.0)];
+        let points = [(0., 0.), (2., 0.), (3., 1.), (2., 2.), (0., 2.), (2.5, 1.)];
         let mut mesh = Mesh {
             positions: points.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec(),
             corners: vec![0, 1, 5, 0, 1, 2, 3, 4, 1, 2, 3, 5],
