@@ -5,6 +5,7 @@
 //! - `planar`, [`distance`]: exact answers about points in the plane
 //! - `boxes`: what may touch what, without looking at all pairs
 //! - `rings`, `tiles`: polygons without what has no place in the plane, and the triangles that they are in UV
+//! - `facing`: faces that their neighbours outvote
 //! - `charts`, `gutters`: what hangs together, and how far apart it is kept
 //! - `same`: whether a mesh is another with other UVs
 //! - [`fault`], [`verdict`]: what can be wrong, and the whole
@@ -12,6 +13,7 @@
 mod boxes;
 mod charts;
 pub mod distance;
+mod facing;
 pub mod fault;
 mod gutters;
 mod planar;

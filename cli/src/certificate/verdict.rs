@@ -1,13 +1,15 @@
 //! The whole: an atlas and the rules that it must keep.
 //!
 //! Decided by the numbers as they are written, without rounding: every face with an area has one in UV, counter-clockwise; no
-//! two have an inner point in common; charts keep their distance; the mesh is the input's. Faces without an area in space (a
+//! two have an inner point in common; charts keep their distance; the mesh is the input's. Faces that neighbours outvote are
+//! judged as these face. Faces without an area in space (a
 //! height below 1e-9 of their longest side) need none in UV; those that meet fewer than three places need only UVs.
 //! O(n log n) for atlases as they occur.
 
 use super::boxes::{BoxTree, around};
 use super::charts::{border, charts, wedges};
 use super::distance::Texels;
+use super::facing::turned;
 use super::fault::Fault;
 use super::gutters::{self, Side};
 use super::planar::interiors_meet;
@@ -43,6 +45,8 @@ pub struct Verdict {
     pub faces: usize,
     /// Those without an area on the mesh, which need none in UV.
     pub flat: usize,
+    /// Those that face the other way than their neighbours, and are judged as these face.
+    pub turned: usize,
     /// Sets of faces that hang together in UV.
     pub charts: usize,
 }
@@ -58,15 +62,36 @@ pub fn verdict(mesh: &Mesh, rules: Rules) -> Verdict {
         return verdict;
     };
     let place = places(mesh);
-    let mut plane = Plane { mesh, uv, place: &place, rings: Vec::new(), faces: Vec::new(), tiles: Vec::new() };
+    let wedge = wedges(mesh, uv, &place);
+    let (mut faces, mut rings) = (Vec::new(), Vec::new());
     for (p, corners) in mesh.polygons().enumerate() {
+        let ring = reduced(&place, corners.clone().map(|c| c as u32));
+        if let Some(fault) = of_numbers(p as u32, &uv[corners], rules.gap.is_some()) {
+            verdict.faults.push(fault);
+        } else if ring.len() < 3 {
+            verdict.flat += 1;
+        } else {
+            faces.push(p as u32);
+            rings.push(ring);
+        }
         if verdict.faults.len() >= MOST {
             return verdict;
         }
-        verdict.faults.extend(plane.face(p as u32, corners, rules.gap.is_some(), &mut verdict.flat));
+    }
+    let areas: Vec<f64> = rings.iter().map(|ring| area(mesh, ring).0).collect();
+    let turned = turned(&rings, &place, &wedge, &areas);
+    let mut plane = Plane { mesh, uv, place: &place, rings: Vec::new(), faces: Vec::new(), tiles: Vec::new() };
+    for ((p, mut ring), is_turned) in faces.into_iter().zip(rings).zip(turned) {
+        if verdict.faults.len() >= MOST {
+            return verdict;
+        }
+        if is_turned {
+            ring.reverse();
+        }
+        verdict.turned += usize::from(is_turned);
+        verdict.faults.extend(plane.face(p, ring, &mut verdict.flat));
     }
     plane.overlaps(rules.squares, &mut verdict.faults);
-    let wedge = wedges(mesh, uv, &place);
     let (chart, count) = charts(&wedge, &plane.rings);
     verdict.charts = count;
     if let Some(gap) = rules.gap.filter(|gap| gap.padding > 0) {
@@ -94,23 +119,8 @@ struct Plane<'a> {
 }
 
 impl Plane<'_> {
-    /// Takes a face in; says what is wrong with it by itself.
-    fn face(&mut self, p: u32, corners: core::ops::Range<usize>, in_square: bool, flat: &mut usize) -> Option<Fault> {
-        let own = &self.uv[corners.clone()];
-        if own.iter().any(|uv| uv.is_nan()) {
-            return Some(Fault::Unmapped(p));
-        }
-        if own.iter().any(|uv| !uv.is_finite()) {
-            return Some(Fault::NotFinite(p));
-        }
-        if in_square && own.iter().any(|uv| uv.clamp(DVec2::ZERO, DVec2::ONE) != *uv) {
-            return Some(Fault::Outside(p));
-        }
-        let ring = reduced(self.place, corners.map(|c| c as u32));
-        if ring.len() < 3 {
-            *flat += 1;
-            return None;
-        }
+    /// Takes a face in; says what is wrong with it by itself. `ring` are its corners, as its neighbours face.
+    fn face(&mut self, p: u32, ring: Vec<u32>, flat: &mut usize) -> Option<Fault> {
         if self.tile(p, &ring) {
             return None;
         }
@@ -145,12 +155,8 @@ impl Plane<'_> {
     }
 
     fn is_flat(&self, ring: &[u32]) -> bool {
-        let at = |c: &u32| self.mesh.positions[self.mesh.corners[*c as usize] as usize];
-        let origin = at(&ring[0]);
-        let pairs = || ring.iter().zip(ring.iter().cycle().skip(1));
-        let area: DVec3 = pairs().map(|(a, b)| (at(a) - origin).cross(at(b) - origin)).sum();
-        let longest = pairs().map(|(a, b)| at(a).distance_squared(at(b))).fold(0.0, f64::max);
-        area.length() <= FLAT * longest
+        let (area, longest) = area(self.mesh, ring);
+        area <= FLAT * longest
     }
 
     /// Adds a fault for each triangle, up to [`MOST`] in all, that overlaps another.
@@ -178,4 +184,25 @@ impl Plane<'_> {
 fn doubled_area(points: impl Iterator<Item = DVec2> + Clone) -> f64 {
     let next = points.clone().cycle().skip(1);
     points.zip(next).map(|(a, b)| a.perp_dot(b)).sum()
+}
+
+/// Twice the area of a ring in space, and the square of its longest side, rounded.
+fn area(mesh: &Mesh, ring: &[u32]) -> (f64, f64) {
+    let at = |c: &u32| mesh.positions[mesh.corners[*c as usize] as usize];
+    let origin = at(&ring[0]);
+    let pairs = || ring.iter().zip(ring.iter().cycle().skip(1));
+    let area: DVec3 = pairs().map(|(a, b)| (at(a) - origin).cross(at(b) - origin)).sum();
+    (area.length(), pairs().map(|(a, b)| at(a).distance_squared(at(b))).fold(0.0, f64::max))
+}
+
+/// What is wrong with the numbers of a face.
+fn of_numbers(p: u32, own: &[DVec2], in_square: bool) -> Option<Fault> {
+    if own.iter().any(|uv| uv.is_nan()) {
+        return Some(Fault::Unmapped(p));
+    }
+    if own.iter().any(|uv| !uv.is_finite()) {
+        return Some(Fault::NotFinite(p));
+    }
+    let is_outside = in_square && own.iter().any(|uv| uv.clamp(DVec2::ZERO, DVec2::ONE) != *uv);
+    is_outside.then_some(Fault::Outside(p))
 }

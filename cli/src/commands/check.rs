@@ -33,8 +33,12 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
     let found = verdict(loaded.polygons()?, rules);
     let mut lines: Vec<String> = found.faults.iter().take(SHOWN).map(|fault| format!("{name}: {fault}")).collect();
     if found.faults.is_empty() {
-        let flat = if found.flat == 0 { String::new() } else { format!(", {} without area", found.flat) };
-        lines.push(format!("{name}: every rule is kept by {} faces{flat} in {} charts", found.faces, found.charts));
+        let told = |count: usize, what: &str| if count == 0 { String::new() } else { format!(", {count} {what}") };
+        let (flat, turned) = (told(found.flat, "without area"), told(found.turned, "turned against their neighbours"));
+        lines.push(format!(
+            "{name}: every rule is kept by {} faces{flat}{turned} in {} charts",
+            found.faces, found.charts
+        ));
     }
     let printed = lines.iter().try_for_each(|line| writeln!(stdout().lock(), "{line}"));
     printed.map_err(|e| Failure::output("standard output", Path::new("-"), &e))?;

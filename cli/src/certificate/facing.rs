@@ -1,0 +1,89 @@
+//! Which faces face the other way than their neighbours.
+//!
+//! A file keeps its order of corners where a face is turned against its neighbours, and the UVs of such a face are mirrored in the
+//! eyes of whoever goes by that order. So faces are joined over their sides, first those that the map does not cut, then
+//! over its seams, as long as they do not contradict one another; of each piece the lesser part by area is turned.
+//! Sides of one face, or of more than two, join nothing.
+
+use std::collections::HashMap;
+
+/// What a face is joined to.
+#[derive(Clone, Copy)]
+struct Link {
+    parent: u32,
+    /// Whether it faces the other way than its parent.
+    is_turned: bool,
+}
+
+/// Whether each face is turned. `rings` are the corners of each, `place` and `wedge` the numbers of corners by place, and by place
+/// and UV; `area` is that of each face.
+pub(super) fn turned(rings: &[Vec<u32>], place: &[u32], wedge: &[u32], area: &[f64]) -> Vec<bool> {
+    let mut links: Vec<Link> = (0..rings.len() as u32).map(|parent| Link { parent, is_turned: false }).collect();
+    for number in [wedge, place] {
+        let mut faces: HashMap<[u32; 2], Vec<(u32, bool)>> = HashMap::new();
+        for (face, ring) in rings.iter().enumerate() {
+            let next = ring.iter().cycle().skip(1);
+            for (a, b) in ring.iter().zip(next) {
+                let (ends, way) = side(number[*a as usize], number[*b as usize]);
+                faces.entry(ends).or_default().push((face as u32, way));
+            }
+        }
+        // In the order of the file, so that what contradicts is the same each time.
+        let mut pairs: Vec<[(u32, bool); 2]> = faces.into_values().filter_map(|all| all.try_into().ok()).collect();
+        pairs.sort_unstable();
+        for [(a, a_way), (b, b_way)] in pairs {
+            join(&mut links, a, b, a_way == b_way);
+        }
+    }
+    let mut sums: HashMap<u32, [f64; 2]> = HashMap::new();
+    let roots: Vec<Link> = (0..rings.len()).map(|face| root(&mut links, face as u32)).collect();
+    for (link, area) in roots.iter().zip(area) {
+        sums.entry(link.parent).or_default()[usize::from(link.is_turned)] += area;
+    }
+    roots.iter().map(|link| link.is_turned == (sums[&link.parent][0] >= sums[&link.parent][1])).collect()
+}
+
+/// A side's ends, in order of their numbers, and whether it runs from the greater to the less.
+fn side(a: u32, b: u32) -> ([u32; 2], bool) {
+    if a <= b { ([a, b], false) } else { ([b, a], true) }
+}
+
+/// The face at the root, and whether `face` is turned against it.
+fn root(links: &mut [Link], face: u32) -> Link {
+    let mut way = vec![face];
+    while links[way[way.len() - 1] as usize].parent != way[way.len() - 1] {
+        way.push(links[way[way.len() - 1] as usize].parent);
+    }
+    let parent = way[way.len() - 1];
+    let mut is_turned = false;
+    for face in way.into_iter().rev().skip(1) {
+        is_turned ^= links[face as usize].is_turned;
+        links[face as usize] = Link { parent, is_turned };
+    }
+    Link { parent, is_turned }
+}
+
+/// Joins two faces that run along their side the same way, or not; nothing happens where they hang together already.
+fn join(links: &mut [Link], a: u32, b: u32, is_same_way: bool) {
+    let (a, b) = (root(links, a), root(links, b));
+    if a.parent != b.parent {
+        links[b.parent as usize] = Link { parent: a.parent, is_turned: a.is_turned ^ b.is_turned ^ is_same_way };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lesser_part_of_a_piece_is_turned() {
+        // A strip of four triangles, the third of which faces the other way; and one that hangs on nothing.
+        let place = [0, 1, 2, 2, 1, 3, 2, 4, 3, 3, 5, 4, 7, 8, 9];
+        let rings: Vec<Vec<u32>> = (0..5).map(|f| vec![3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        let wedge: Vec<u32> = (0..15).collect();
+        let of = |area: [f64; 5], wedge: &[u32]| turned(&rings, &place, wedge, &area);
+        assert_eq!(of([1.0; 5], &place), [false, false, true, false, false]);
+        assert_eq!(of([1.0; 5], &wedge), [false, false, true, false, false], "over seams alike");
+        assert_eq!(of([1.0, 1.0, 9.0, 1.0, 1.0], &place), [true, true, false, true, false]);
+    }
+}
