@@ -23,7 +23,8 @@ use crate::learn::evaluate::{Frame, evaluate};
 use crate::learn::kernels::path::Path;
 use crate::learn::training::TrainSettings;
 use crate::mesh::view::next;
-use crate::search::seams::{Budget, make_charts};
+use crate::search::budget::Budget;
+use crate::search::seams::make_charts;
 use crate::solve::bound::distortion;
 use glam::{DVec2, DVec3};
 

@@ -6,7 +6,7 @@ use crate::base::workers::Workers;
 use crate::charts::pieces::Pieces;
 use crate::learn::losses::Loss;
 use crate::learn::training::{Sample, TrainSettings};
-use crate::search::seams::Budget;
+use crate::search::budget::Budget;
 use glam::DVec3;
 
 /// Pieces that are trained at the most.

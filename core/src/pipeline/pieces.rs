@@ -8,7 +8,8 @@ use crate::base::slices::take_first;
 use crate::base::workers::{Serial, Workers, for_each_chunk};
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::surface_need;
-use crate::search::seams::{Budget, SeamError, make_charts, make_charts_need};
+use crate::search::budget::{Budget, SeamError};
+use crate::search::seams::{make_charts, make_charts_need};
 use glam::DVec2;
 
 /// Pieces of at most this share of all faces are worked on side by side.

@@ -4,7 +4,7 @@ use crate::base::progress::Stopped;
 use crate::base::scratch::ScratchTooSmall;
 use crate::finish::place::PlaceError;
 use crate::mesh::repair::{RepairError, RepairSummary};
-use crate::search::seams::SeamError;
+use crate::search::budget::SeamError;
 
 /// What was done.
 #[derive(Clone, Copy, Debug, Default)]

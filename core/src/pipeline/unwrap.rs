@@ -27,7 +27,8 @@ use crate::price::given::{HardEdges, OnMesh};
 use crate::rays::bvh::BuildBvh;
 use crate::rays::cast::Scene;
 use crate::rays::exposure::exposure_need;
-use crate::search::seams::{Budget, make_charts_need};
+use crate::search::budget::Budget;
+use crate::search::seams::make_charts_need;
 use glam::{DVec2, DVec3};
 
 /// What makes the map.

@@ -1,8 +1,12 @@
 //! The search for seams: cuts that grow towards distortion, part what overlaps, and are glued and zipped again.
 
+pub mod budget;
+pub mod by_proxy;
 pub mod compact;
+pub mod direct;
 pub mod extend;
 pub mod glue;
+pub mod rounds;
 pub mod seams;
 pub mod split;
 pub mod zip;

@@ -1,0 +1,29 @@
+//! What a search may spend, and why one ends without charts.
+
+use crate::base::scratch::ScratchTooSmall;
+
+/// What the search may spend.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Bound on the mean symmetric Dirichlet energy over 4.
+    pub distortion: f64,
+    /// Whether a chart may be bulky: where charts are parts, a part should be one.
+    pub bulky: bool,
+    /// Whether a piece stays one chart; larger ones than can be walled only become few.
+    pub whole: bool,
+}
+
+/// Why the search ended without charts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SeamError {
+    /// More memory is needed.
+    Scratch(ScratchTooSmall),
+    /// The callback asked to stop.
+    Stopped,
+}
+
+impl From<ScratchTooSmall> for SeamError {
+    fn from(e: ScratchTooSmall) -> Self {
+        SeamError::Scratch(e)
+    }
+}

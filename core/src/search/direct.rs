@@ -1,0 +1,86 @@
+//! The search on one mesh, from the cuts that it has.
+
+use super::budget::{Budget, SeamError};
+use super::compact::compact_need;
+use super::glue::glue_need;
+use super::rounds::Rounds;
+use super::zip::{Which, zip_need};
+use crate::base::scratch::{Scratch, bytes_for};
+use crate::base::workers::Workers;
+use crate::charts::patch::patch_need;
+use crate::charts::surface::Surface;
+use crate::charts::work::job_need;
+use crate::first::halving::flatten_all;
+use crate::plane::overlap::overlaps_need;
+use crate::solve::energy::Rest;
+use glam::DVec2;
+
+/// Times that extension, splitting and gluing may begin again where they end above the bound.
+const PASSES: usize = 3;
+
+/// Scratch bytes that [`search_from`] asks for, with or without `trials`.
+pub fn direct_need(faces: usize, vertices: usize, trials: bool) -> usize {
+    let corners = 3 * faces;
+    let lists = bytes_for::<Rest>(faces) + bytes_for::<u8>(faces) + 3 * bytes_for::<u32>(faces + 2);
+    let growing = 12 * bytes_for::<f64>(vertices) + 12 * bytes_for::<u32>(vertices) + bytes_for::<[u64; 2]>(corners);
+    let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
+    let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
+    let zipping = if trials { zip_need(faces, vertices) + splitting.max(jobs) } else { 0 };
+    lists
+        + growing
+            .max(splitting)
+            .max(zipping)
+            .max(jobs)
+            .max(glue_need(faces))
+            .max(compact_need(faces))
+            .max(patch_need(faces))
+}
+
+/// Flattens what is cut, cuts on until the bound holds, and takes out cuts that it does not need. `trials` of the last, and of
+/// splitting bulky charts, take seconds on large meshes, whose cuts come from a search that had them.
+#[allow(clippy::too_many_arguments)]
+pub fn search_from(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    trials: bool,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut() -> bool,
+) -> Result<(), SeamError> {
+    let surface = &Surface { stays_whole: budget.whole, ..*surface };
+    let faces = surface.mesh.faces.len();
+    flatten_all(uv, cut, surface, scratch.frame(), workers)?;
+    let changed = scratch.take::<u8>(faces)?;
+    let mut rounds = Rounds { uv, cut, changed, surface, workers, proceed };
+    let compact = trials && !budget.bulky;
+    if compact {
+        rounds.part_bulky(scratch.frame())?;
+    }
+    for _ in 0..PASSES {
+        rounds.extend(budget.distortion, scratch.frame())?;
+        rounds.part_overlaps(scratch.frame())?;
+        if compact {
+            rounds.part_bulky(scratch.frame())?;
+        }
+        rounds.glue(budget, scratch.frame())?;
+        if rounds.distortion() <= budget.distortion {
+            break;
+        }
+    }
+    rounds.cap(budget.distortion, scratch.frame())?;
+    if trials {
+        rounds.zip(budget, Which::All, scratch.frame())?;
+        rounds.zip(budget, Which::Slivers, scratch.frame())?;
+    }
+    rounds.concentrate(budget.distortion, scratch.frame())?;
+    rounds.cap(budget.distortion, scratch.frame())?;
+    // Slivers that the last two have made.
+    if trials {
+        rounds.zip(budget, Which::Slivers, scratch.frame())?;
+    } else {
+        rounds.glue_once(budget, scratch.frame())?;
+    }
+    rounds.unroll(scratch)
+}
