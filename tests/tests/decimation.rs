@@ -90,7 +90,17 @@ fn coarsen(mesh: &Mesh, target: usize) -> Coarse {
     let (mut faces, mut vertex, mut history) = (vec![[0; 3]; f], vec![0; n], vec![Collapse::default(); n]);
     let mut bytes = vec![0; decimate_need(n, f)];
     let scratch = Scratch::new(&mut bytes);
-    let done = decimate(&mut faces, &mut vertex, &mut history, mesh.view(), &mesh.twin, target, scratch).unwrap();
+    let done = decimate(
+        &mut faces,
+        &mut vertex,
+        &mut history,
+        mesh.view(),
+        &mesh.twin,
+        &vec![0; mesh.twin.len()],
+        target,
+        scratch,
+    )
+    .unwrap();
     faces.truncate(done.faces);
     vertex.truncate(done.vertices);
     history.truncate(done.collapses);
@@ -321,7 +331,16 @@ fn one_byte_less_than_needed_is_refused() {
     let (mut faces, mut vertex, mut history) = (vec![[7; 3]; f], vec![7; n], vec![Collapse::default(); n]);
     let mut bytes = vec![0; decimate_need(n, f) - 1];
     let scratch = Scratch::new(&mut bytes);
-    let short = decimate(&mut faces, &mut vertex, &mut history, mesh.view(), &mesh.twin, 10, scratch);
+    let short = decimate(
+        &mut faces,
+        &mut vertex,
+        &mut history,
+        mesh.view(),
+        &mesh.twin,
+        &vec![0; mesh.twin.len()],
+        10,
+        scratch,
+    );
     assert_eq!(short.unwrap_err().need, decimate_need(n, f));
     assert!(faces.iter().all(|f| *f == [7; 3]) && vertex.iter().all(|v| *v == 7));
 }

@@ -2,7 +2,6 @@
 //! [`place::place`] joins them.
 
 pub mod apart;
-pub mod crowding;
 pub mod fill;
 pub mod order;
 pub mod packing_cuts;

@@ -8,7 +8,6 @@
 //! Guarantee: a chart cut in two has no more distortion than before, so maps are not touched. Cost: [`TRIED`] packings a cut,
 //! [`CUTS`] cuts.
 
-use super::crowding::{Crowd, Outline};
 use super::place::{Placing, pack_now};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
@@ -20,6 +19,7 @@ use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
 use crate::charts::wedge_paths::{Go, WedgePaths};
 use crate::mesh::view::{NONE, next};
+use crate::plane::crowding::{Crowd, Outline, PLACES};
 use crate::price::cost::FORBIDDEN;
 use crate::price::turn::angle;
 use crate::solve::bound::lie_flat;
@@ -33,12 +33,10 @@ const WORTH: f64 = 40.0;
 const LARGEST: usize = 5;
 /// See [`LARGEST`].
 const LEAST: f64 = 0.05;
-/// Places on a border between which paths are tried.
-const PLACES: usize = 24;
 /// Cuts of one chart that are kept for trials.
 const EACH: usize = 3;
 /// Cuts that are tried by packing before each that is made.
-const TRIED: usize = 6;
+const TRIED: usize = 4;
 /// Turn, in degrees, from which an edge is sharp.
 const SHARP: f64 = 40.0;
 /// Cuts at the most.
@@ -46,7 +44,7 @@ const CUTS: usize = 3;
 /// More charts than so many pack well as they are, and each trial would take long.
 const MOST_CHARTS: f64 = 32.0;
 /// Packing effort of a trial over that of the atlas.
-const EFFORT: f64 = 0.1;
+const EFFORT: f64 = 0.03;
 
 /// A cut that may be made: the cheapest path between two places on the border of a chart.
 #[repr(C)]
@@ -204,14 +202,7 @@ fn survey(
             let area = faces.iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
             let mut open = faces.iter().flat_map(|f| 3 * f..3 * f + 3).filter(|c| surface.is_open(cut, *c));
             let Some(start) = open.next() else { continue };
-            let length = surface.border(cut, start).count();
-            let step = length.div_ceil(PLACES).max(1);
-            let outline = Outline::new(surface.border(cut, start).step_by(step).map(|c| uv[c as usize]));
-            let side = |c: u32| uv[c as usize].distance(uv[next(c) as usize]);
-            crowd.area += area;
-            crowd.hulls += outline.hull().max(area);
-            crowd.count += 1.0;
-            crowd.border += surface.border(cut, start).map(side).sum::<f64>();
+            let outline = crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
             let at = largest.iter().position(|l| l.area < area).unwrap_or(largest.len());
             if at < LARGEST {
                 if largest.is_full() {
@@ -222,7 +213,6 @@ fn survey(
             }
         }
     }
-    crowd.largest = largest.iter().map(|l| l.square).fold(0.0, f64::max);
     Ok((crowd, largest))
 }
 

@@ -27,6 +27,9 @@ const BORDER: f64 = 10.0;
 /// ears and fingers.
 const EVEN: f64 = 1e-3;
 
+/// Edges of a line at a vertex that it passes.
+const PASSING: usize = 2;
+
 /// Where a vertex stands: not in the heap, in it with its best collapse, or in it with one that has to be found again.
 const OUT: u8 = 0;
 const FRESH: u8 = 1;
@@ -47,6 +50,7 @@ pub struct Decimated {
 pub const fn decimate_need(vertices: usize, faces: usize) -> usize {
     bytes_for::<u32>(3 * faces)
         .saturating_add(bytes_for::<u8>(faces))
+        .saturating_add(bytes_for::<u8>(3 * faces))
         .saturating_add(bytes_for::<Quadric>(vertices))
         .saturating_add(4 * bytes_for::<u32>(vertices))
         .saturating_add(bytes_for::<Collapse>(vertices))
@@ -56,16 +60,18 @@ pub const fn decimate_need(vertices: usize, faces: usize) -> usize {
 
 /// Collapses edges until at most `target` faces are left, or no collapse is allowed.
 ///
-/// `mesh` is an oriented manifold in the unit box, `twin` its adjacency. Of `faces` (as long as the mesh's), `vertex`
+/// `mesh` is an oriented manifold in the unit box, `twin` its adjacency, `hard` a flag a half-edge, the same for twins. Of `faces` (as long as the mesh's), `vertex`
 /// and `history` (one entry a vertex of the mesh) the leading entries hold the answer, as many as the summary says: the
 /// coarse faces, in the order of the faces they were; for each coarse vertex the vertex it is, rising; the collapses.
 /// Vertices without faces are left out. A point that is not a number stays where it is. Cost: O(n log n).
+#[allow(clippy::too_many_arguments)]
 pub fn decimate(
     faces: &mut [[u32; 3]],
     vertex: &mut [u32],
     history: &mut [Collapse],
     mesh: MeshView,
     twin: &[u32],
+    hard: &[u8],
     target: usize,
     mut scratch: Scratch,
 ) -> Result<Decimated, ScratchTooSmall> {
@@ -75,9 +81,12 @@ pub fn decimate(
     let working_twin = scratch.take::<u32>(3 * faces.len())?;
     working_twin.copy_from(twin);
     let dead = scratch.take::<u8>(faces.len())?;
+    let working_hard = scratch.take::<u8>(3 * faces.len())?;
+    working_hard.copy_from(hard);
     let mut work = Collapsing {
         positions: mesh.positions,
         table: CornerTable { faces, twin: working_twin },
+        hard: working_hard,
         corner: scratch.take_filled(n, NONE)?,
         quadric: scratch.take(n)?,
         stamp: scratch.take(n)?,
@@ -178,9 +187,10 @@ impl Around {
 struct Collapsing<'a> {
     positions: &'a [DVec3], // (n)
     table: CornerTable<'a>,
-    corner: &'a mut [u32], // (n) a corner; on the border the one whose half-edge is the border; NONE: locked
+    hard: &'a mut [u8],         // (3 f)
+    corner: &'a mut [u32],      // (n) a corner; on the border the one whose half-edge is the border; NONE: locked
     quadric: &'a mut [Quadric], // (n)
-    stamp: &'a mut [u32],  // (n)
+    stamp: &'a mut [u32],       // (n)
     stamps: u32,
     state: &'a mut [u8],      // (n) whether the vertex stands in the heap
     best: &'a mut [Collapse], // (n) of those that do
@@ -208,7 +218,21 @@ impl Collapsing<'_> {
         }
     }
 
-    /// Sums the planes of the faces, by area, and those across the border, at each vertex.
+    /// Whether the half-edge of `c` is on a line that the coarse mesh keeps: the border or a hard edge.
+    fn is_line(&self, c: u32) -> bool {
+        self.table.twin[c as usize] == NONE || self.hard[c as usize] != 0
+    }
+
+    /// Lines at the vertex of corner `start`, [`PASSING`] where one passes.
+    fn lines_at(&self, start: u32) -> usize {
+        let of = |c: u32| {
+            let into = prev(c);
+            usize::from(self.is_line(c)) + usize::from(self.table.twin[into as usize] == NONE)
+        };
+        fan(self.table.twin, start).map(of).sum()
+    }
+
+    /// Sums the planes of the faces, by area, and those across the border and hard edges, at each vertex.
     fn sum_quadrics(&mut self) {
         for f in 0..self.table.faces.len() {
             let face = self.table.faces[f];
@@ -223,7 +247,7 @@ impl Collapsing<'_> {
                 self.quadric[v as usize] += Quadric::plane(unit, a, 0.5 * twice);
             }
             for i in 0..3 {
-                if self.table.twin[3 * f + i] != NONE {
+                if !self.is_line((3 * f + i) as u32) {
                     continue;
                 }
                 let ends = [face[i], face[(i + 1) % 3]];
@@ -254,7 +278,8 @@ impl Collapsing<'_> {
         if start == NONE {
             return;
         }
-        if ring.read(self.positions, &self.table, start).is_none() {
+        let lines = self.lines_at(start);
+        if ![0, PASSING].contains(&lines) || ring.read(self.positions, &self.table, start).is_none() {
             return;
         }
         self.stamps += 1;
@@ -269,6 +294,7 @@ impl Collapsing<'_> {
         // Cheapest first: quality is 1 at the most, so no cost is below the bare one.
         while let Some(i) = least_below(&bare, least) {
             if let Some(collapse) = ring.collapse(i)
+                && (lines == 0 || self.is_line(collapse.edge()))
                 && let Some(quality) = ring.quality_at(i)
                 && bare[i] / quality < least
                 && self.keeps_topology(collapse, ring.vertex[i])
@@ -310,6 +336,14 @@ impl Collapsing<'_> {
     /// Collapses and returns the kept vertex.
     fn collapse(&mut self, collapse: Collapse) -> u32 {
         let [u, v] = self.table.ends(collapse);
+        // The two edges of a face that dies become one, hard where either was.
+        for side in collapse.sides(self.table.twin) {
+            let edges = [side.kept_edge, side.removed_edge].map(|e| e as usize);
+            let mark = self.hard[edges[0]] | self.hard[edges[1]];
+            for t in edges.map(|e| self.table.twin[e]).into_iter().filter(|t| *t != NONE) {
+                self.hard[t as usize] |= mark;
+            }
+        }
         self.table.apply(collapse);
         let removed = self.quadric[u as usize];
         self.quadric[v as usize] += removed;

@@ -87,7 +87,7 @@ pub fn pack(
             // Wide enough for the larger square that all charts may need.
             let gap = Gap { texels: gap.texels * if all { 1.0 } else { LEAD_ROOM }, ..gap };
             let poses = &mut poses[..leading];
-            fill::improve(poses, &mut lead_side, &lead, Fixed::NONE, &gap, &mut frame, workers)?;
+            fill::improve(poses, &mut lead_side, &lead, Fixed::NONE, &gap, settings.effort, &mut frame, workers)?;
             separate::improve(poses, &mut lead_side, &lead, &gap, &settings, &mut frame, workers)?;
         }
         if !all {
@@ -95,10 +95,10 @@ pub fn pack(
             // Charts that lead keep the wider gap only where a step found them a smaller square than the shelf's.
             let found = leading > 0
                 && lead_side < side
-                && fill::improve(poses, &mut side, &outlines, fixed, &gap, &mut frame, workers)?;
+                && fill::improve(poses, &mut side, &outlines, fixed, &gap, settings.effort, &mut frame, workers)?;
             if !found {
                 shelf::place(poses, &outlines, &gap, &mut frame)?;
-                fill::improve(poses, &mut side, &outlines, Fixed::NONE, &gap, &mut frame, workers)?;
+                fill::improve(poses, &mut side, &outlines, Fixed::NONE, &gap, settings.effort, &mut frame, workers)?;
             }
             if outlines.count() <= SEPARATE_MAX {
                 separate::improve(poses, &mut side, &outlines, &gap, &settings, &mut frame, workers)?;

@@ -27,7 +27,7 @@ use glam::{DVec2, Vec2};
 /// Independent searches.
 const LANES: usize = 2;
 /// Look-ups a lane for effort 1: about 5 ns each.
-const WORK: f64 = 6e7;
+const WORK: f64 = 3e7;
 /// So few charts get [`FEW_WORK`] of that: the best place of two or three is found at once (0.15 of the work gives the same
 /// bits of utilisation as 1.5 on both atlases of the bench that have so few).
 const FEW: usize = 3;

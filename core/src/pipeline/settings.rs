@@ -59,7 +59,7 @@ impl Default for Settings {
             size: 1024,
             padding: 2,
             effort: 1.0,
-            rays: 512,
+            rays: 128,
             hard_edges: HardEdges::Prefer,
             prefer: Prefer::Balance,
             seed: 0,

@@ -1,40 +1,192 @@
-//! Cuts found on a decimated mesh and carried over.
+//! Cuts found on decimated meshes and carried over.
+//!
+//! A search on a few thousand faces takes a tenth of a second whatever the mesh, and its outcome goes by chance: seeds move the cost of
+//! one mesh by a tenth, the mean by 2 %. So two searches run side by side, on a coarse mesh and on one decimated further, and the better is
+//! kept by what its cuts cost and how full its charts are expected to pack.
+//! Creases are lines that the coarse meshes keep, since cuts follow them.
+//! Cost: O(n log n) for the decimation and what is carried over.
 
 use super::budget::{Budget, SeamError};
-use super::direct::{direct_need, search_from};
-use crate::base::scratch::{Scratch, bytes_for};
+use super::direct::{Trials, direct_need, search_from};
+use crate::base::real::sqrt;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
-use crate::base::workers::Workers;
+use crate::base::workers::{Serial, Workers, for_each_chunk};
+use crate::carry::detour::go_round;
 use crate::carry::proxy::{proxy_costs, proxy_costs_need};
 use crate::carry::slide::Slides;
 use crate::carry::transfer::{transfer, transfer_need};
+use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
-use crate::first::disks::cut_to_disks;
+use crate::first::disks::{cut_to_disks, disks_again};
 use crate::mesh::collapse::Collapse;
 use crate::mesh::decimate::{decimate, decimate_need};
 use crate::mesh::topology::twins;
 use crate::mesh::view::MeshView;
+use crate::plane::crowding::Crowd;
+use crate::price::turn::turns;
+use crate::solve::bound::distortion;
 use crate::solve::energy::{MOLLIFY, Rest, even_out};
 use glam::{DVec2, DVec3};
 
-/// Faces of the decimated mesh.
-const PROXY_FACES: usize = 10_000;
+/// Faces of the coarse meshes, the finer first.
+const PROXY_FACES: [usize; 2] = [3000, 2200];
+/// Pieces of more faces are cut by way of them.
+pub const PROXY_FROM: usize = 4500;
 /// How far paths may slide while they are carried over.
 const SLIDES: Slides = Slides { reach: 2.0, rounds: 3 };
+/// An edge that turns by more degrees is a crease.
+const CREASE: f64 = 35.0;
+/// Where more than this share of all edges are creases they say nothing, and would stop the decimation.
+const MOST_CREASES: f64 = 0.5;
+/// What the coarse meshes may be distorted over what the mesh may: the same cuts distort a fine mesh less.
+const SLACK: f64 = 1.2;
+/// A coarse mesh that creases hold above its target by more than one part in so many is decimated without them.
+const MORE: usize = 5;
+/// What filling all of the square is worth, in what cuts cost over the square root of the area.
+const WORTH: f64 = 40.0;
 
-/// Scratch bytes that [`cut_by_proxy`] asks for.
-pub fn proxy_need(faces: usize, vertices: usize) -> usize {
-    let coarse = 2 * PROXY_FACES;
-    let kept = bytes_for::<Collapse>(vertices) + 600 * coarse;
-    let full = bytes_for::<[u32; 3]>(faces) + bytes_for::<u32>(vertices) + decimate_need(vertices, faces);
-    let search = direct_need(coarse, coarse, true);
+/// Scratch bytes that [`cut_by_proxies`] asks for.
+pub fn proxies_need(faces: usize, vertices: usize) -> usize {
+    let coarse = 2 * PROXY_FACES[0];
+    let kept = 2 * bytes_for::<Collapse>(vertices) + 2 * 800 * coarse;
+    let flags = bytes_for::<u8>(3 * faces) + bytes_for::<f64>(3 * faces);
+    let full = bytes_for::<[u32; 3]>(faces) + bytes_for::<u32>(vertices) + decimate_need(vertices, faces) + flags;
+    let search = 2 * direct_need(coarse, coarse, Trials::All);
     let carry = transfer_need(vertices, faces).max(proxy_costs_need(vertices, coarse));
     kept + full.max(search).max(carry)
 }
 
-/// Finds the cuts on a decimated mesh and carries them over; false where that would cut a forbidden edge or change the
-/// number of charts, so that the search has to begin on the mesh itself.
-pub fn cut_by_proxy(
+/// A coarse mesh with the cuts that were found on it.
+struct Proxy<'p> {
+    surface: Surface<'p>,
+    history: &'p [Collapse],
+    uv: &'p mut [DVec2],
+    cut: &'p mut [u8],
+}
+
+impl<'p> Proxy<'p> {
+    /// Decimates `fine` to `target` faces; nothing where that many are not reached.
+    fn new(fine: &Surface, target: usize, keep: &mut Scratch<'p>) -> Result<Option<Self>, ScratchTooSmall> {
+        let (n, count) = (fine.mesh.positions.len(), fine.mesh.faces.len());
+        let most = 2 * target;
+        let history = keep.take::<Collapse>(n)?;
+        // The coarse mesh is copied out of full-size memory, which is then free again.
+        let faces = keep.take::<[u32; 3]>(most)?;
+        let vertex = keep.take::<u32>(most)?;
+        let done = {
+            let mut frame = keep.frame();
+            let hard = frame.take::<u8>(3 * count)?;
+            mark_creases(hard, fine, frame.frame())?;
+            let (full_faces, full_vertex) = (frame.take::<[u32; 3]>(count)?, frame.take::<u32>(n)?);
+            let mut to = |hard: &[u8]| {
+                decimate(full_faces, full_vertex, history, fine.mesh, fine.twin, hard, target, frame.frame())
+            };
+            let mut done = to(hard)?;
+            if done.faces > target + target / MORE {
+                // The creases of a scan are many and say little.
+                hard.fill(0);
+                done = to(hard)?;
+            }
+            if done.faces > most || done.vertices > most {
+                return Ok(None);
+            }
+            faces[..done.faces].copy_from(&full_faces[..done.faces]);
+            vertex[..done.vertices].copy_from(&full_vertex[..done.vertices]);
+            done
+        };
+        let (faces, vertex) = (&faces[..done.faces], &vertex[..done.vertices]);
+        let positions = keep.take::<DVec3>(vertex.len())?;
+        positions.iter_mut().zip(vertex).for_each(|(p, v)| *p = fine.mesh.positions[*v as usize]);
+        let mesh = MeshView { positions, faces };
+        let twin = keep.take::<u32>(mesh.corner_count())?;
+        twins(twin, mesh, keep.frame())?;
+        let cost = keep.take::<f64>(mesh.corner_count())?;
+        proxy_costs(cost, mesh, twin, vertex, fine, keep.frame())?;
+        let rest = keep.take::<Rest>(faces.len())?;
+        for (r, f) in rest.iter_mut().zip(faces) {
+            *r = Rest::new(f.map(|v| mesh.positions[v as usize]), MOLLIFY);
+        }
+        even_out(rest);
+        let surface = Surface::new(mesh, twin, rest, cost, keep)?;
+        let uv = keep.take::<DVec2>(mesh.corner_count())?;
+        let cut = keep.take::<u8>(mesh.corner_count())?;
+        Ok(Some(Self { surface, history: &history[..done.collapses], uv, cut }))
+    }
+
+    /// What the search has reached: how far the distortion is above `bound`, and what its cuts cost and leave empty of the square.
+    fn price(&self, bound: f64, mut scratch: Scratch) -> Result<[f64; 2], ScratchTooSmall> {
+        let Self { surface, uv, cut, .. } = self;
+        let area: f64 = surface.rest.iter().map(|r| r.area).sum();
+        let cost = (0..cut.len()).filter(|c| cut[*c] != 0).map(|c| 0.5 * surface.cost[c]).sum::<f64>();
+        let missed = (distortion(uv, surface.rest) - bound).max(0.0);
+        Ok([missed, cost / sqrt(area) - WORTH * crowd(uv, cut, surface, scratch.frame())?.fill()])
+    }
+}
+
+/// What packing will see of the charts.
+fn crowd(uv: &[DVec2], cut: &[u8], surface: &Surface, mut scratch: Scratch) -> Result<Crowd, ScratchTooSmall> {
+    let charts = ChartList::new(surface, cut, &mut scratch)?;
+    let mut crowd = Crowd::default();
+    for k in 0..charts.count() {
+        let faces = charts.faces_of(k);
+        let area = faces.iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
+        let mut open = faces.iter().flat_map(|f| 3 * f..3 * f + 3).filter(|c| surface.is_open(cut, *c));
+        let Some(start) = open.next() else { continue };
+        crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
+    }
+    Ok(crowd)
+}
+
+/// Flags the half-edges that turn sharply, unless most do.
+fn mark_creases(hard: &mut [u8], surface: &Surface, mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    let turn = scratch.take::<f64>(hard.len())?;
+    turns(turn, surface.mesh, surface.twin, 0.0);
+    hard.iter_mut().zip(turn.iter()).for_each(|(h, t)| *h = u8::from(*t > CREASE));
+    let creases = hard.iter().filter(|h| **h != 0).count();
+    if creases as f64 > MOST_CREASES * hard.len() as f64 {
+        hard.fill(0);
+    }
+    Ok(())
+}
+
+/// One search at work.
+struct ProxyJob<'j, 'p> {
+    proxy: &'j mut Proxy<'p>,
+    scratch: Option<Scratch<'j>>,
+    result: Result<(), SeamError>,
+}
+
+/// Searches on both meshes side by side.
+fn search_both(
+    proxies: [&mut Proxy; 2],
+    budget: Budget,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), SeamError> {
+    let need = |proxy: &Proxy| {
+        let mesh = proxy.surface.mesh;
+        direct_need(mesh.faces.len(), mesh.positions.len(), Trials::All)
+    };
+    let mut left = 2;
+    let mut jobs = heapless::Vec::<ProxyJob, 2>::new();
+    for proxy in proxies {
+        let bytes = need(proxy).max(scratch.remaining() / 2).min(scratch.remaining() / left);
+        jobs.push(ProxyJob { proxy, scratch: Some(scratch.split(bytes)?), result: Ok(()) }).ok();
+        left -= 1;
+    }
+    for_each_chunk(workers, &mut jobs, 1, &|_, job| {
+        let ProxyJob { proxy: Proxy { surface, uv, cut, .. }, scratch, result } = &mut job[0];
+        if let Some(scratch) = scratch.take() {
+            *result = search_anew(uv, cut, surface, budget, scratch);
+        }
+    });
+    jobs.into_iter().try_for_each(|job| job.result)
+}
+
+/// Writes the cuts of the better of two searches on coarse meshes; false where there are none, or where to carry them over would cut
+/// a diagonal or change the charts, so that the search has to begin on the mesh itself.
+pub fn cut_by_proxies(
     cut: &mut [u8],
     surface: &Surface,
     budget: Budget,
@@ -42,41 +194,47 @@ pub fn cut_by_proxy(
     workers: &dyn Workers,
     proceed: &mut dyn FnMut() -> bool,
 ) -> Result<bool, SeamError> {
-    let (n, count) = (surface.mesh.positions.len(), surface.mesh.faces.len());
-    let history = scratch.take::<Collapse>(n)?;
-    // The coarse mesh is copied out of full-size memory, which is then free again.
-    let coarse_faces = scratch.take::<[u32; 3]>(2 * PROXY_FACES)?;
-    let vertex = scratch.take::<u32>(2 * PROXY_FACES)?;
-    let done = {
-        let mut frame = scratch.frame();
-        let (full_faces, full_vertex) = (frame.take::<[u32; 3]>(count)?, frame.take::<u32>(n)?);
-        let done = decimate(full_faces, full_vertex, history, surface.mesh, surface.twin, PROXY_FACES, frame)?;
-        if done.faces > coarse_faces.len() || done.vertices > vertex.len() {
+    if !proceed() {
+        return Err(SeamError::Stopped);
+    }
+    let Some(mut one) = Proxy::new(surface, PROXY_FACES[0], &mut scratch)? else { return Ok(false) };
+    let Some(mut other) = Proxy::new(&one.surface, PROXY_FACES[1], &mut scratch)? else { return Ok(false) };
+    let budget = Budget { distortion: 1.0 + SLACK * (budget.distortion - 1.0), ..budget };
+    search_both([&mut one, &mut other], budget, scratch.frame(), workers)?;
+    if !proceed() {
+        return Err(SeamError::Stopped);
+    }
+    let prices = [one.price(budget.distortion, scratch.frame())?, other.price(budget.distortion, scratch.frame())?];
+    let between = scratch.take::<u8>(one.cut.len())?;
+    let coarse_cut = if prices[1] < prices[0] {
+        let carried =
+            transfer(between, &one.surface, &other.surface, other.cut, other.history, SLIDES, scratch.frame())?;
+        if carried.is_faithful() { &*between } else { &*one.cut }
+    } else {
+        &*one.cut
+    };
+    let carried = transfer(cut, surface, &one.surface, coarse_cut, one.history, SLIDES, scratch.frame())?;
+    if !carried.is_faithful() {
+        return Ok(false);
+    }
+    if carried.forbidden > 0 {
+        if !go_round(cut, surface) {
             return Ok(false);
         }
-        coarse_faces[..done.faces].copy_from(&full_faces[..done.faces]);
-        vertex[..done.vertices].copy_from(&full_vertex[..done.vertices]);
-        done
-    };
-    let (coarse_faces, vertex) = (&coarse_faces[..done.faces], &vertex[..done.vertices]);
-    let positions = scratch.take::<DVec3>(vertex.len())?;
-    positions.iter_mut().zip(vertex).for_each(|(p, v)| *p = surface.mesh.positions[*v as usize]);
-    let mesh = MeshView { positions, faces: coarse_faces };
-    let twin = scratch.take::<u32>(mesh.corner_count())?;
-    twins(twin, mesh, scratch.frame())?;
-    let cost = scratch.take::<f64>(mesh.corner_count())?;
-    proxy_costs(cost, mesh, twin, vertex, surface, scratch.frame())?;
-    let rest = scratch.take::<Rest>(coarse_faces.len())?;
-    for (r, f) in rest.iter_mut().zip(coarse_faces) {
-        *r = Rest::new(f.map(|v| mesh.positions[v as usize]), MOLLIFY);
+        disks_again(cut, surface, scratch)?;
     }
-    even_out(rest);
-    let coarse = Surface::new(mesh, twin, rest, cost, &mut scratch)?;
-    let coarse_cut = scratch.take::<u8>(mesh.corner_count())?;
-    let coarse_uv = scratch.take::<DVec2>(mesh.corner_count())?;
-    let whole = &Surface { stays_whole: budget.whole, ..coarse };
-    cut_to_disks(coarse_cut, whole, scratch.frame())?;
-    search_from(coarse_uv, coarse_cut, &coarse, budget, true, scratch.frame(), workers, proceed)?;
-    let moved = transfer(cut, surface, &coarse, coarse_cut, &history[..done.collapses], SLIDES, scratch)?;
-    Ok(moved.is_faithful() && moved.forbidden == 0)
+    Ok(true)
+}
+
+/// Cuts to disks and on, on one worker.
+fn search_anew(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    mut scratch: Scratch,
+) -> Result<(), SeamError> {
+    let whole = &Surface { stays_whole: budget.whole, ..*surface };
+    cut_to_disks(cut, whole, scratch.frame())?;
+    search_from(uv, cut, surface, budget, Trials::All, scratch, &Serial, &mut || true)
 }

@@ -18,14 +18,25 @@ use glam::DVec2;
 /// Times that extension, splitting and gluing may begin again where they end above the bound.
 const PASSES: usize = 3;
 
-/// Scratch bytes that [`search_from`] asks for, with or without `trials`.
-pub fn direct_need(faces: usize, vertices: usize, trials: bool) -> usize {
+/// Which trials there are of taking out cuts; each flattens a chart anew, which takes seconds on large meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trials {
+    /// Of all cuts, and bulky charts are split.
+    All,
+    /// Of those around slivers; the rest comes from a search that had all.
+    Slivers,
+    /// None: slivers are glued where they fit.
+    None,
+}
+
+/// Scratch bytes that [`search_from`] asks for.
+pub fn direct_need(faces: usize, vertices: usize, trials: Trials) -> usize {
     let corners = 3 * faces;
     let lists = bytes_for::<Rest>(faces) + bytes_for::<u8>(faces) + 3 * bytes_for::<u32>(faces + 2);
     let growing = 12 * bytes_for::<f64>(vertices) + 12 * bytes_for::<u32>(vertices) + bytes_for::<[u64; 2]>(corners);
     let splitting = 10 * bytes_for::<u32>(faces) + 12 * bytes_for::<u32>(corners) + 24 * faces + overlaps_need(faces);
     let jobs = 4 * bytes_for::<u32>(corners) + job_need(faces);
-    let zipping = if trials { zip_need(faces, vertices) + splitting.max(jobs) } else { 0 };
+    let zipping = if trials != Trials::None { zip_need(faces, vertices) + splitting.max(jobs) } else { 0 };
     lists
         + growing
             .max(splitting)
@@ -36,15 +47,14 @@ pub fn direct_need(faces: usize, vertices: usize, trials: bool) -> usize {
             .max(patch_need(faces))
 }
 
-/// Flattens what is cut, cuts on until the bound holds, and takes out cuts that it does not need. `trials` of the last, and of
-/// splitting bulky charts, take seconds on large meshes, whose cuts come from a search that had them.
+/// Flattens what is cut, cuts on until the bound holds, and takes out cuts that it does not need.
 #[allow(clippy::too_many_arguments)]
 pub fn search_from(
     uv: &mut [DVec2],
     cut: &mut [u8],
     surface: &Surface,
     budget: Budget,
-    trials: bool,
+    trials: Trials,
     mut scratch: Scratch,
     workers: &dyn Workers,
     proceed: &mut dyn FnMut() -> bool,
@@ -54,7 +64,7 @@ pub fn search_from(
     flatten_all(uv, cut, surface, scratch.frame(), workers)?;
     let changed = scratch.take::<u8>(faces)?;
     let mut rounds = Rounds { uv, cut, changed, surface, workers, proceed };
-    let compact = trials && !budget.bulky;
+    let compact = trials == Trials::All && !budget.bulky;
     if compact {
         rounds.part_bulky(scratch.frame())?;
     }
@@ -70,14 +80,14 @@ pub fn search_from(
         }
     }
     rounds.cap(budget.distortion, scratch.frame())?;
-    if trials {
+    if trials == Trials::All {
         rounds.zip(budget, Which::All, scratch.frame())?;
         rounds.zip(budget, Which::Slivers, scratch.frame())?;
     }
     rounds.concentrate(budget.distortion, scratch.frame())?;
     rounds.cap(budget.distortion, scratch.frame())?;
     // Slivers that the last two have made.
-    if trials {
+    if trials != Trials::None {
         rounds.zip(budget, Which::Slivers, scratch.frame())?;
     } else {
         rounds.glue_once(budget, scratch.frame())?;

@@ -1,26 +1,32 @@
 //! Seam optimisation: one budget of distortion, spent where it hides most.
 //!
-//! A piece is cut on the mesh itself, or, where it has more than [`PROXY_FROM`] faces, by way of a decimated one. Guarantee: no flips;
+//! A piece is cut on the mesh itself, or, where it has more than [`PROXY_FROM`] faces, by way of a decimated ones. Guarantee: no flips;
 //! no overlap inside a chart but of one polygon.
 
 use super::budget::{Budget, SeamError};
-use super::by_proxy::{cut_by_proxy, proxy_need};
-use super::direct::{direct_need, search_from};
+use super::by_proxy::{PROXY_FROM, cut_by_proxies, proxies_need};
+use super::direct::{Trials, direct_need, search_from};
 use crate::base::scratch::Scratch;
 use crate::base::workers::Workers;
 use crate::charts::surface::Surface;
 use crate::first::disks::cut_to_disks;
 use glam::DVec2;
 
-/// Pieces of more faces are cut by way of a decimated mesh. Nefertiti (100k faces): 10k finds shorter seams than the full
-/// mesh in a twentieth of the time; 5k to 20k differ by less than two neighbouring seeds of the search.
-const PROXY_FROM: usize = 30_000;
+/// Pieces of more faces have no trials of their own.
+const LARGE: usize = 30_000;
+
+fn trials(faces: usize) -> Trials {
+    match faces {
+        0..=PROXY_FROM => Trials::All,
+        ..=LARGE => Trials::Slivers,
+        _ => Trials::None,
+    }
+}
 
 /// Scratch bytes that [`make_charts`] asks for.
 pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
-    let large = faces > PROXY_FROM;
-    let direct = direct_need(faces, vertices, !large);
-    if large { direct.max(proxy_need(faces, vertices)) } else { direct }
+    let direct = direct_need(faces, vertices, trials(faces));
+    if faces > PROXY_FROM { direct.max(proxies_need(faces, vertices)) } else { direct }
 }
 
 /// Cuts and flattens the surface: writes `cut` (one flag a half-edge) and `uv` (one point a corner).
@@ -33,13 +39,13 @@ pub fn make_charts(
     workers: &dyn Workers,
     proceed: &mut dyn FnMut() -> bool,
 ) -> Result<(), SeamError> {
-    let large = surface.mesh.faces.len() > PROXY_FROM;
+    let faces = surface.mesh.faces.len();
     // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
-    let budget = Budget { whole: budget.whole && !large, ..budget };
-    if !large || !cut_by_proxy(cut, surface, budget, scratch.frame(), workers, proceed)? {
+    let budget = Budget { whole: budget.whole && faces <= LARGE, ..budget };
+    if faces <= PROXY_FROM || !cut_by_proxies(cut, surface, budget, scratch.frame(), workers, proceed)? {
         cut.fill(0);
         let surface = &Surface { stays_whole: budget.whole, ..*surface };
         cut_to_disks(cut, surface, scratch.frame())?;
     }
-    search_from(uv, cut, surface, budget, !large, scratch, workers, proceed)
+    search_from(uv, cut, surface, budget, trials(faces), scratch, workers, proceed)
 }

@@ -5,11 +5,13 @@
 //! over sqrt A, D the hulls' area less A over A, n charts and P their borders' length over sqrt A:
 //!     1 / fill - 1 = .032 + .81 max(0, B^2 - 1.15) + .55 D + .64 / n + .010 P
 
+use super::hull::{MOST, hull_area};
 use crate::base::real::{cos, sin, sqrt};
-use crate::plane::hull::{MOST, hull_area};
 use core::f64::consts::FRAC_PI_2;
 use glam::DVec2;
 
+/// Places on a chart's border that stand for it.
+pub const PLACES: usize = 24;
 /// Angles over a quarter turn at which boxes are measured.
 const ANGLES: usize = 12;
 
@@ -29,6 +31,24 @@ pub struct Crowd {
 }
 
 impl Crowd {
+    /// Takes in a chart of this area by the points of its border; returns its outline.
+    pub fn add<I: Iterator<Item = DVec2>>(&mut self, area: f64, border: impl Fn() -> I) -> Outline {
+        let (mut count, mut ends, mut length) = (0usize, None, 0.0);
+        for p in border() {
+            let (first, last) = ends.unwrap_or((p, p));
+            length += last.distance(p);
+            ends = Some((first, p));
+            count += 1;
+        }
+        let outline = Outline::new(border().step_by(count.div_ceil(PLACES).max(1)));
+        self.area += area;
+        self.hulls += outline.hull().max(area);
+        self.largest = self.largest.max(outline.square());
+        self.count += 1.0;
+        self.border += length + ends.map_or(0.0, |(first, last)| last.distance(first));
+        outline
+    }
+
     /// Share of the square that they are expected to fill.
     pub fn fill(&self) -> f64 {
         let area = self.area.max(f64::MIN_POSITIVE);
