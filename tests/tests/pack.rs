@@ -199,8 +199,8 @@ fn one_chart_turns_into_its_smallest_square() {
     set.uv.iter_mut().for_each(|p| *p = turn.rotate(*p));
     let (placements, summary) = set.pack(&PackSettings::default());
     set.assert_valid(&placements, &summary, &PackSettings { padding: 2, ..PackSettings::default() });
-    // All of the square but the border of 2 texels.
-    assert!(summary.utilisation > (1020.0_f64 / 1024.0).powi(2) - 1e-5, "{summary:?}");
+    // All of the square but the border: 2 texels, and a tenth for what rounding may take of them.
+    assert!(summary.utilisation > (1019.8_f64 / 1024.0).powi(2), "{summary:?}");
 }
 
 #[test]

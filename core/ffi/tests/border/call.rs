@@ -26,6 +26,15 @@ impl Call {
         Self::new(positions, corners, Some((0..=6).map(|p| 4 * p).collect()))
     }
 
+    /// Two cubes side by side: more than one chart, so that packing has work for other threads.
+    pub fn cubes() -> Self {
+        let one = Self::cube();
+        let beside = one.positions.chunks_exact(3).flat_map(|p| [p[0] + 3.0, p[1], p[2]]);
+        let positions = one.positions.iter().copied().chain(beside).collect();
+        let corners = one.corners.iter().copied().chain(one.corners.iter().map(|v| v + 8)).collect();
+        Self::new(positions, corners, Some((0..=12).map(|p| 4 * p).collect()))
+    }
+
     /// A tetrahedron, told as triangles.
     pub fn tetrahedron() -> Self {
         let positions = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];

@@ -59,7 +59,7 @@ extern "C" fn stop_at_packing(user: *mut c_void, stage: *const c_char, _: usize,
 
 #[test]
 fn tasks_may_run_on_any_thread_and_progress_may_stop_the_run() {
-    let (mut call, count) = (Call::cube(), AtomicUsize::new(0));
+    let (mut call, count) = (Call::cubes(), AtomicUsize::new(0));
     let user = (&raw const count).cast_mut().cast();
     assert_eq!(call.run(), SEAMWRIGHT_OK);
     let serial = bits(&call);
