@@ -16,10 +16,12 @@ use glam::DVec2;
 const LARGE: usize = 30_000;
 
 fn trials(faces: usize) -> Trials {
-    match faces {
-        0..=PROXY_FROM => Trials::All,
-        ..=LARGE => Trials::Slivers,
-        _ => Trials::None,
+    if faces <= PROXY_FROM {
+        Trials::All
+    } else if faces <= LARGE {
+        Trials::Slivers
+    } else {
+        Trials::None
     }
 }
 
