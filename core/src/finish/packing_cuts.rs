@@ -24,6 +24,7 @@ use crate::price::cost::FORBIDDEN;
 use crate::price::turn::angle;
 use crate::solve::bound::lie_flat;
 use bytemuck::{Pod, Zeroable};
+use core::num::NonZero;
 use glam::DVec2;
 
 /// What filling all of the square is worth, in what cuts cost over the square root of all area: 25 fills .719 of it on 13 meshes, 40
@@ -203,13 +204,16 @@ fn survey(
             let mut open = faces.iter().flat_map(|f| 3 * f..3 * f + 3).filter(|c| surface.is_open(cut, *c));
             let Some(start) = open.next() else { continue };
             let outline = crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
-            let at = largest.iter().position(|l| l.area < area).unwrap_or(largest.len());
-            if at < LARGEST {
-                if largest.is_full() {
-                    largest.pop();
-                }
+            if largest.is_full() && largest.last().is_some_and(|l| l.area < area) {
+                largest.pop();
+            }
+            if !largest.is_full() {
                 let whole = lie_flat(faces, uv, surface.rest) || has_sharp_border(cut, &surface, start);
-                largest.insert(at, Large { area, square: outline.square(), piece, start, whole }).ok();
+                largest.push(Large { area, square: outline.square(), piece, start, whole }).ok();
+                // Behind those of the same area, as it came.
+                sort::by(&mut largest, |a, b| {
+                    b.area.total_cmp(&a.area).then((a.piece, a.start).cmp(&(b.piece, b.start)))
+                });
             }
         }
     }
@@ -247,11 +251,11 @@ fn cuts_of(
     let (cut, uv) = (&cut[corners.clone()], &uv[corners]);
     let border = frame.take::<u32>(surface.border(cut, large.start).count())?;
     border.iter_mut().zip(surface.border(cut, large.start)).for_each(|(to, c)| *to = c);
-    let count = PLACES.min(border.len());
-    if count < 4 {
+    let Some(places) = NonZero::new(PLACES.min(border.len())).filter(|places| places.get() >= 4) else {
         return Ok(found);
-    }
-    let place = |i: usize| border[i % count * border.len() / count];
+    };
+    let count = places.get();
+    let place = |i: usize| border[i % places * border.len() / places];
     let point = |i: usize| uv[place(i) as usize];
     let whole = Outline::new((0..count).map(point)).hull().max(large.area);
     let before = crowd.fill();

@@ -40,7 +40,11 @@ impl Crowd {
             ends = Some((first, p));
             count += 1;
         }
-        let outline = Outline::new(border().step_by(count.div_ceil(PLACES).max(1)));
+        let (step, mut left) = (count.div_ceil(PLACES), 0);
+        let outline = Outline::new(border().filter(|_| {
+            left = if left == 0 { step } else { left } - 1;
+            left + 1 == step
+        }));
         self.area += area;
         self.hulls += outline.hull().max(area);
         self.largest = self.largest.max(outline.square());
@@ -66,7 +70,11 @@ pub struct Outline {
 impl Outline {
     /// Takes the first [`MOST`] points.
     pub fn new(points: impl Iterator<Item = DVec2>) -> Self {
-        Self { points: points.take(MOST).collect() }
+        let mut kept = heapless::Vec::new();
+        for p in points.take(MOST) {
+            kept.push(p).ok();
+        }
+        Self { points: kept }
     }
 
     /// Area of the convex hull.
