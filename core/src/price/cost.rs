@@ -178,8 +178,9 @@ mod tests {
     fn what_is_seen_costs_more_and_what_turns_costs_less() {
         let plain = |turn, open| shared(turn, EdgeData::default(), HardEdges::Prefer, open);
         assert!(
-            near(plain(0.0, 1.0), OPEN + SEEN) && near(plain(0.0, 0.0), OPEN) && near(plain(5.0, 1.0), OPEN + SEEN)
+            near(plain(1.0, 1.0), OPEN + SEEN) && near(plain(1.0, 0.0), OPEN) && near(plain(5.0, 1.0), OPEN + SEEN)
         );
+        assert!(near(plain(0.0, 1.0), FLAT * (OPEN + SEEN)), "both faces lie in one plane");
         assert!(near(plain(90.0, 1.0), (OPEN + SEEN) * LEAST_NOTICE));
         assert!(near(plain(45.0, 1.0), (OPEN + SEEN) * notice(45.0)));
     }
@@ -189,15 +190,15 @@ mod tests {
         let mut marks = [0; 8];
         marks[1] = BREAK; // from vertex 1 to 2, in the first polygon
         let data = EdgeData { marks: Some(&marks), ..EdgeData::default() };
-        assert!(near(shared(0.0, data, HardEdges::Prefer, 1.0), (OPEN + SEEN) * LEAST_NOTICE));
-        assert!(near(shared(0.0, data, HardEdges::Off, 1.0), OPEN + SEEN));
+        assert!(near(shared(1.0, data, HardEdges::Prefer, 1.0), (OPEN + SEEN) * LEAST_NOTICE));
+        assert!(near(shared(1.0, data, HardEdges::Off, 1.0), OPEN + SEEN));
         let (up, aside) = (glam::Vec3::Z, glam::Vec3::X);
         let normals = [up, up, up, up, aside, up, up, aside];
         let data = EdgeData { normals: Some(&normals), ..EdgeData::default() };
-        assert!(near(shared(0.0, data, HardEdges::Prefer, 1.0), (OPEN + SEEN) * LEAST_NOTICE));
+        assert!(near(shared(1.0, data, HardEdges::Prefer, 1.0), (OPEN + SEEN) * LEAST_NOTICE));
         let one_end = [up, up, up, up, up, up, up, aside];
         let data = EdgeData { normals: Some(&one_end), ..EdgeData::default() };
-        assert!(near(shared(0.0, data, HardEdges::Prefer, 1.0), (OPEN + SEEN) * (1.0 + LEAST_NOTICE) / 2.0));
+        assert!(near(shared(1.0, data, HardEdges::Prefer, 1.0), (OPEN + SEEN) * (1.0 + LEAST_NOTICE) / 2.0));
     }
 
     #[test]
@@ -215,7 +216,7 @@ mod tests {
         let cost = |own: f32, other: f32| {
             let mut weights = [f32::NAN; 8];
             (weights[1], weights[7]) = (own, other);
-            shared(0.0, EdgeData { weights: Some(&weights), ..EdgeData::default() }, HardEdges::Prefer, 1.0)
+            shared(1.0, EdgeData { weights: Some(&weights), ..EdgeData::default() }, HardEdges::Prefer, 1.0)
         };
         assert!(near(cost(2.0, f32::NAN), 2.0 * (OPEN + SEEN)) && near(cost(2.0, 3.0), 3.0 * (OPEN + SEEN)));
         assert_eq!(cost(0.0, f32::NAN), 0.0);
@@ -223,6 +224,6 @@ mod tests {
         assert!(cost(f32::INFINITY, 0.0) >= FORBIDDEN);
         // A list that ends before the edge says nothing.
         let short = EdgeData { weights: Some(&[5.0]), ..EdgeData::default() };
-        assert!(near(shared(0.0, short, HardEdges::Prefer, 1.0), OPEN + SEEN));
+        assert!(near(shared(1.0, short, HardEdges::Prefer, 1.0), OPEN + SEEN));
     }
 }
