@@ -46,17 +46,22 @@ impl Draw {
     }
 }
 
-/// Triangles of the file that have an area to speak of (above 1e-9 of the mean) in space and none in UV, or a negative one.
-fn turned(mesh: &Mesh, uv: &[DVec2]) -> usize {
+/// Triangles of the file that have an area to speak of (above 1e-9 of the mean, and of the square of their longest side) in space and
+/// none in UV, and those that have a negative one.
+fn turned(mesh: &Mesh, uv: &[DVec2]) -> [usize; 2] {
     let size = mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let at = |c: usize| mesh.positions[mesh.corners[c] as usize] / size;
     let area = |[a, b, c]: [usize; 3]| (at(b) - at(a)).cross(at(c) - at(a)).length();
     let fan = |p: Range<usize>| (p.start + 1..p.end - 1).map(move |c| [p.start, c, c + 1]);
     let areas: Vec<f64> = mesh.polygons().flat_map(fan).map(area).collect();
     let least = 1e-9 * areas.iter().sum::<f64>() / areas.len() as f64;
+    let longest = |[a, b, c]: [usize; 3]| {
+        [[a, b], [b, c], [c, a]].map(|[p, q]| at(p).distance_squared(at(q))).into_iter().fold(0.0, f64::max)
+    };
     let in_uv = |[a, b, c]: [usize; 3]| (uv[b] - uv[a]).perp_dot(uv[c] - uv[a]);
-    let triangles = mesh.polygons().filter(|p| p.len() == 3).flat_map(fan);
-    triangles.filter(|t| area(*t) > least && in_uv(*t) <= 0.0).count()
+    let has_area = |t: &[usize; 3]| area(*t) > least && area(*t) > 1e-9 * longest(*t);
+    let triangles = || mesh.polygons().filter(|p| p.len() == 3).flat_map(fan).filter(has_area).map(in_uv);
+    [triangles().filter(|uv| *uv == 0.0).count(), triangles().filter(|uv| *uv < 0.0).count()]
 }
 
 /// Triangles of the file that overlap another by core's judge, those included that repair drops.
@@ -78,7 +83,10 @@ fn fault(path: &Path, settings: &Settings) -> Option<String> {
         loaded.write_obj(&mut written, &atlas.corner_uv, None).expect("memory takes all bytes");
         let mesh = loaded.mesh();
         let is_same = load_obj(path, written)?.mesh().corners == mesh.corners;
-        let wrong = [turned(mesh, &atlas.corner_uv), overlapping(mesh, &atlas.corner_uv), usize::from(!is_same)];
+        let [empty, negative] = turned(mesh, &atlas.corner_uv);
+        // Faces that their neighbours outvoted look the other way in the file.
+        let turned = empty + negative.saturating_sub(atlas.report.repaired.flipped_faces);
+        let wrong = [turned, overlapping(mesh, &atlas.corner_uv), usize::from(!is_same)];
         Ok((atlas, wrong))
     });
     match made {

@@ -34,7 +34,6 @@ const KNOWN: &[(&str, &[&str])] = &[
         "where a lid of one polygon is part of an overlap, splitting finds no path, and the lid is set apart",
         &["gear_n40_d0.02_ngon_quad", "gear_n40_d2_ngon_tri", "gear_n50_d2_ngon_quad"],
     ),
-    ("two holes of a flat chart touch at a vertex", &["plate_x5_y5_b12_r0.02_d0.2_quad"]),
     (
         "flat rings that are still joined to a side, and so distorted, are split for their empty hull",
         &[
