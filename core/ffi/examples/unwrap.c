@@ -24,6 +24,7 @@ static void *buffer(size_t count, size_t size) {
 /* Counts on the first pass, when the mesh's pointers are null; fills on the second. */
 static void read_obj(FILE *file, SeamwrightMesh *mesh, double *positions, uint32_t *corners, uint32_t *starts) {
     static char line[LINE];
+    ptrdiff_t decimals = 0;
     mesh->vertex_count = mesh->corner_count = mesh->polygon_count = 0;
     while (fgets(line, sizeof line, file)) {
         char *at = line + 1, *end;
@@ -31,6 +32,8 @@ static void read_obj(FILE *file, SeamwrightMesh *mesh, double *positions, uint32
             for (int k = 0; k < 3; k++, at = end) {
                 double x = strtod(at, &end);
                 if (positions) positions[3 * mesh->vertex_count + k] = x;
+                const char *point = memchr(at, '.', (size_t)(end - at));
+                if (point && end - point - 1 > decimals) decimals = end - point - 1;
             }
             mesh->vertex_count++;
         } else if (line[0] == 'f' && line[1] == ' ') {
@@ -46,6 +49,10 @@ static void read_obj(FILE *file, SeamwrightMesh *mesh, double *positions, uint32
         }
     }
     if (starts) starts[mesh->polygon_count] = (uint32_t)mesh->corner_count;
+    /* A text is exact to half of its last digit. */
+    double last = 1.0;
+    for (ptrdiff_t k = 0; k < decimals; k++) last *= 10.0;
+    mesh->tolerance = decimals ? 0.5 * (1.0 / last) : 0.0;
 }
 
 /* A line for each stage. Any answer but 0 would stop the run. */
