@@ -44,6 +44,9 @@ fn options(bytes: &mut Bytes, is_wild: bool) -> SeamwrightOptions {
             charts: u32::from(bytes.byte() % 3),
             packing: u32::from(bytes.byte() % 3),
             effort: word(bytes) & 0xf003,
+            hard_edges: u32::from(bytes.byte() % 4),
+            prefer: u32::from(bytes.byte() % 4),
+            ..SeamwrightOptions::INIT
         };
     }
     SeamwrightOptions {
@@ -55,6 +58,7 @@ fn options(bytes: &mut Bytes, is_wild: bool) -> SeamwrightOptions {
         charts: u32::from(bytes.byte() & 1),
         packing: u32::from(bytes.byte() != 255),
         effort: bytes.pick(&[0, 1, 5]),
+        ..SeamwrightOptions::INIT
     }
 }
 
@@ -70,13 +74,14 @@ fuzz_target!(|bytes: &[u8]| {
         corner_uv: made.corner_uv.as_mut_ptr().cast(),
         polygon_chart: made.polygon_chart.as_mut_ptr(),
         exposure: made.exposure.as_mut_ptr(),
+        ..SeamwrightAtlas::INIT
     };
     lie(broken, &mut mesh, &mut atlas);
     let progress: Option<extern "C" fn(_, _, _, _) -> _> = if flags & 0x20 == 0 { None } else { Some(impatient) };
     let run: Option<extern "C" fn(_, _, _, _)> =
         if flags & 0x40 == 0 { None } else { Some(if patience & 1 == 0 { backwards } else { careless }) };
-    let host = SeamwrightHost { user: (&raw mut patience).cast(), progress, run };
-    let mut report = SeamwrightReport::default();
+    let host = SeamwrightHost { user: (&raw mut patience).cast(), progress, run, ..SeamwrightHost::INIT };
+    let mut report = SeamwrightReport::INIT;
     let mut need = 0;
     // SAFETY: all pointers are those of living buffers, or wrong in a way that the interface promises to see.
     let code = unsafe { seamwright_unwrap_scratch(&mut need, &mesh, &options) };
@@ -115,6 +120,7 @@ fn mesh(case: &Case) -> SeamwrightMesh {
         polygon_count: case.polygon_start.len() - 1,
         kept_uv: case.kept_uv.as_ref().map_or(null(), |uv| uv.as_ptr().cast()),
         parts: case.parts.as_ref().map_or(null(), Vec::as_ptr),
+        ..SeamwrightMesh::INIT
     }
 }
 
@@ -156,9 +162,10 @@ fn again(case: &Case, made: &Made, options: &SeamwrightOptions, need: usize) {
         corner_uv: other.corner_uv.as_mut_ptr().cast(),
         polygon_chart: other.polygon_chart.as_mut_ptr(),
         exposure: other.exposure.as_mut_ptr(),
+        ..SeamwrightAtlas::INIT
     };
     let mut scratch = vec![0; need];
-    let mut report = SeamwrightReport::default();
+    let mut report = SeamwrightReport::INIT;
     let (start, length) = (scratch.as_mut_ptr(), scratch.len());
     // SAFETY: living buffers of the right lengths.
     let code = unsafe { seamwright_unwrap(&atlas, &mut report, &mesh(case), options, null(), start, length) };
@@ -170,7 +177,7 @@ fn again(case: &Case, made: &Made, options: &SeamwrightOptions, need: usize) {
 fn measured(case: &Case, made: &mut Made, flags: u8) {
     let uv: &[DVec2] = if flags & 1 == 0 { &made.corner_uv } else { case.kept_uv.as_ref().unwrap_or(&made.corner_uv) };
     let (mesh, resolution) = (mesh(case), [0, 1, 16, 33][usize::from(flags >> 1 & 3)]);
-    let (mut need, mut figures) = (0, SeamwrightFigures::default());
+    let (mut need, mut figures) = (0, SeamwrightFigures::INIT);
     // SAFETY: living buffers of the right lengths.
     unsafe {
         if seamwright_measure_scratch(&mut need, &mesh, resolution) == SEAMWRIGHT_OK {

@@ -12,7 +12,7 @@ use seamwright_core::learn::losses::{Loss, LossWeights};
 use seamwright_core::learn::run::train_need;
 use seamwright_core::learn::train::train;
 use seamwright_core::learn::training::{Sample, TrainError, TrainInput, TrainOutput, TrainSettings, Unwatched};
-use seamwright_core::parts::settings::Count;
+use seamwright_core::parts::settings::{Count, PartSettings};
 use seamwright_core::pipeline::learned::learned_need;
 use seamwright_core::pipeline::learning::{LearnedSummary, Learning, MOST};
 use seamwright_core::pipeline::polygons::{Parts, Source, parts_of_polygons, parts_of_polygons_need};
@@ -76,7 +76,7 @@ fn segmented(case: &Case, count: Option<Count>) {
     let (mut part, mut diameter) = (vec![0x7777; polygons], vec![f32::NAN; polygons]);
     let input = seamwright_core::pipeline::Input { kept_uv: None, parts: None, ..case.input() };
     let source = match count {
-        Some(count) => Source::Shape(parts::Settings { count, seed: 7 }),
+        Some(count) => Source::Shape(PartSettings { count, seed: 7 }),
         None => Source::Labels(case.parts.as_deref().unwrap_or(&[])),
     };
     let mut memory = vec![0xa5; parts_of_polygons_need(&input, &BinnedBuilder).min(MOST_BYTES)];
