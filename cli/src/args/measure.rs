@@ -3,7 +3,6 @@
 use super::writing::FORMATS;
 use clap::{Args, ValueEnum};
 use seamwright_core::judge::measure::RESOLUTION;
-use seamwright_core::pipeline;
 use std::path::PathBuf;
 
 /// `measure`.
@@ -25,7 +24,7 @@ pub struct MeasureArgs {
     #[arg(long, value_enum, default_value_t = Sky::Uniform)]
     pub exposure: Sky,
     /// Exposure rays of each vertex
-    #[arg(long, value_name = "COUNT", default_value_t = pipeline::Settings::default().rays, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, value_name = "COUNT", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub rays: u32,
     /// Say how far the file's charts agree with these partitions (.seg, .json, coloured .ply or .glb), each and on the mean
     #[arg(long, value_name = "LABELS", num_args = 1..)]
