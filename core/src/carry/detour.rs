@@ -35,7 +35,8 @@ pub fn go_round(cut: &mut [u8], surface: &Surface) -> bool {
     (0..cut.len() as u32).all(|c| !is_forbidden(cut, surface, c))
 }
 
-fn is_forbidden(cut: &[u8], surface: &Surface, c: u32) -> bool {
+/// Whether the edge of `c`, the lower of its two half-edges, is cut although its cost is infinite.
+pub(super) fn is_forbidden(cut: &[u8], surface: &Surface, c: u32) -> bool {
     let t = surface.twin[c as usize];
     cut[c as usize] != 0 && t != NONE && c < t && surface.cost[c as usize] == f64::INFINITY
 }

@@ -8,6 +8,7 @@
 //! ends freely ends on the same vertex. One that ends on the border ends there too, unless other cuts are in between.
 //! Cost: O(n) for the undoing; see `slide` for the rest.
 
+use super::detour::is_forbidden;
 use super::slide::{Slides, slide, slide_need};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -77,7 +78,7 @@ pub fn transfer(
         if cut[c as usize] == 0 {
             continue;
         }
-        done.forbidden += usize::from(c < fine.twin[c as usize] && fine.cost[c as usize] == f64::INFINITY);
+        done.forbidden += usize::from(is_forbidden(cut, fine, c));
         let v = fine.mesh.vertex(c);
         done.strayed += usize::from(wanted[v as usize] != v && fine.is_on_border(v));
     }

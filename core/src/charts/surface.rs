@@ -111,6 +111,11 @@ impl<'a> Surface<'a> {
         out
     }
 
+    /// The first open half-edge of a chart's `faces`; none where the chart is closed.
+    pub fn first_open(&self, cut: &[u8], faces: &[u32]) -> Option<u32> {
+        faces.iter().flat_map(|f| 3 * f..3 * f + 3).find(|c| self.is_open(cut, *c))
+    }
+
     /// The border that the open half-edge `first` is on, once round from there.
     pub fn border<'s>(&'s self, cut: &'s [u8], first: u32) -> impl Iterator<Item = u32> + 's {
         core::iter::successors(Some(first), move |c| Some(self.following(cut, *c)).filter(|c| *c != first))

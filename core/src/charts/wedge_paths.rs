@@ -40,6 +40,18 @@ impl<'a> WedgePaths<'a> {
         })
     }
 
+    /// Cheapest paths from the border node `from` through the inside of its chart: what is `on_border` (a flag a node) ends them.
+    pub fn grow_inside(&mut self, surface: &Surface, cut: &[u8], node: &[u32], from: u32, on_border: &[u8]) {
+        self.grow(
+            surface,
+            cut,
+            node,
+            core::iter::once(from),
+            |edge, _| surface.cost[edge as usize],
+            |n, _| if n != from && on_border[n as usize] != 0 { Go::Around } else { Go::On },
+        );
+    }
+
     /// Dijkstra from `sources`. `step(half-edge, the one across)` is the cost of an edge; `settle(node)` says whether to
     /// go on from a node: through it, not through it, or not at all any more.
     pub fn grow(

@@ -17,19 +17,16 @@ use crate::base::workers::Workers;
 use crate::charts::list::ChartList;
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
-use crate::charts::wedge_paths::{Go, WedgePaths};
+use crate::charts::wedge_paths::WedgePaths;
 use crate::mesh::view::{NONE, next};
 use crate::plane::crowding::{Crowd, Outline, PLACES};
-use crate::price::cost::FORBIDDEN;
+use crate::price::cost::{FILL_WORTH, FORBIDDEN};
 use crate::price::turn::angle;
 use crate::solve::bound::lie_flat;
 use bytemuck::{Pod, Zeroable};
 use core::num::NonZero;
 use glam::DVec2;
 
-/// What filling all of the square is worth, in what cuts cost over the square root of all area: 25 fills .719 of it on 13 meshes, 40
-/// .723, without such cuts .67.
-const WORTH: f64 = 40.0;
 /// Charts that are looked at: the largest, as long as they hold this share of the area.
 const LARGEST: usize = 5;
 /// See [`LARGEST`].
@@ -84,7 +81,7 @@ pub fn cut_to_pack(
             trial.copy_from(cut);
             make(trial, c, pieces, frame.frame())?;
             let filled = pack_now(uv, trial, placing, EFFORT, frame, workers)?;
-            let value = WORTH * (filled - now) - c.cost;
+            let value = FILL_WORTH * (filled - now) - c.cost;
             if value > best.map_or(0.0, |b| b.0) {
                 best = Some((value, *c, filled));
             }
@@ -130,15 +127,7 @@ impl<'a> Inside<'a> {
     /// Grows paths from the start of the open half-edge `from`.
     fn grow(&mut self, from: u32, cut: &[u8], surface: &Surface) {
         let Self { node, on_border, paths } = self;
-        let from = node[from as usize];
-        paths.grow(
-            surface,
-            cut,
-            node,
-            core::iter::once(from),
-            |edge, _| surface.cost[edge as usize],
-            |n, _| if n != from && on_border[n as usize] != 0 { Go::Around } else { Go::On },
-        );
+        paths.grow_inside(surface, cut, node, node[from as usize], on_border);
     }
 
     /// Cost of the path to the start of the open half-edge `to`; infinite where there is none.
@@ -201,8 +190,7 @@ fn survey(
         for k in 0..charts.count() {
             let faces = charts.faces_of(k);
             let area = faces.iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
-            let mut open = faces.iter().flat_map(|f| 3 * f..3 * f + 3).filter(|c| surface.is_open(cut, *c));
-            let Some(start) = open.next() else { continue };
+            let Some(start) = surface.first_open(cut, faces) else { continue };
             let outline = crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
             if largest.is_full() && largest.last().is_some_and(|l| l.area < area) {
                 largest.pop();
@@ -278,7 +266,7 @@ fn cuts_of(
                 border: crowd.border + 2.0 * point(i).distance(point(j)),
                 ..*crowd
             };
-            let gain = WORTH * (after.fill() - before) - cost;
+            let gain = FILL_WORTH * (after.fill() - before) - cost;
             let c = PackingCut { gain, cost, piece: large.piece as u64, ends: [place(i), place(j)] };
             // What begins and ends beside another is much the same cut: the better one stays.
             let beside = |a: usize, b: usize| a.abs_diff(b).min(count - a.abs_diff(b)) <= 1;

@@ -12,7 +12,8 @@ use crate::charts::pieces::Pieces;
 use crate::mesh::loops::border_count;
 use crate::mesh::view::NONE;
 use crate::search::split::self_overlaps;
-use crate::solve::bound::flat_area;
+use crate::solve::bound::{Strain, flat_area};
+use crate::solve::energy::Rest;
 use glam::DVec2;
 
 /// Fills `uv` (in the order of the pieces) with the file's UVs, `of` a slot, and marks in `kept` (one a piece) those that are
@@ -71,25 +72,20 @@ fn fit(uv: &mut [DVec2], pieces: &Pieces, p: usize) -> Option<Fit> {
     if signed < 0.0 {
         uv.iter_mut().for_each(|uv| uv.x = -uv.x);
     }
-    let (mut stretch, mut shrink, mut area) = (0.0, 0.0, 0.0);
     let flat = flat_area(rest);
-    for (rest, t) in rest.iter().zip(uv.as_chunks::<3>().0) {
+    let is_sound = |(rest, t): (&Rest, &[DVec2; 3])| {
         let [c0, c1] = rest.jacobian(*t);
-        let (det, norm) = (c0.perp_dot(c1), c0.dot(c0) + c1.dot(c1));
-        if rest.area <= flat && t.iter().all(|uv| uv.is_finite()) {
-            continue;
-        }
-        if !(det > 0.0 && det.is_finite()) {
-            return None;
-        }
-        stretch += rest.area * norm;
-        shrink += rest.area * norm / (det * det);
-        area += rest.area;
+        let det = c0.perp_dot(c1);
+        rest.area <= flat && t.iter().all(|uv| uv.is_finite()) || det > 0.0 && det.is_finite()
+    };
+    if !rest.iter().zip(uv.as_chunks::<3>().0).all(is_sound) {
+        return None;
     }
-    let scale = sqrt(sqrt(shrink / stretch));
+    let strain = Strain::of(uv, rest);
+    let scale = sqrt(sqrt(strain.shrink / strain.stretch));
     if !(scale > 0.0 && scale.is_finite()) {
         return None;
     }
     uv.iter_mut().for_each(|uv| *uv *= scale);
-    Some(Fit { mean: sqrt(stretch * shrink) / (2.0 * area), area })
+    Some(Fit { mean: strain.mean(), area: strain.area })
 }

@@ -35,6 +35,9 @@ const IN_PLANE: f64 = 0.02;
 const DEARER: f64 = 2.0;
 /// See [`DEARER`].
 const CHEAPER: f64 = 0.4;
+/// What filling all of the square is worth, in what cuts cost over the square root of all area: 25 fills .719 of it on 13 meshes, 40
+/// .723, without such cuts .67.
+pub const FILL_WORTH: f64 = 40.0;
 /// Cost of an edge that is forbidden: no distortion pays for it, but what must be cut to become flat at all is cut.
 pub const FORBIDDEN: f64 = 1e30;
 

@@ -7,7 +7,7 @@
 //! Cost: O(n log n) for the decimation and what is carried over.
 
 use super::budget::{Budget, SeamError};
-use super::direct::{Trials, direct_need, search_from};
+use super::direct::{Trials, direct_need, search_anew};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
@@ -18,12 +18,13 @@ use crate::carry::slide::Slides;
 use crate::carry::transfer::{transfer, transfer_need};
 use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
-use crate::first::disks::{cut_to_disks, disks_again};
+use crate::first::disks::disks_again;
 use crate::mesh::collapse::Collapse;
 use crate::mesh::decimate::{decimate, decimate_need};
 use crate::mesh::topology::twins;
 use crate::mesh::view::MeshView;
 use crate::plane::crowding::Crowd;
+use crate::price::cost::FILL_WORTH;
 use crate::price::turn::turns;
 use crate::solve::bound::distortion;
 use crate::solve::energy::{MOLLIFY, Rest, even_out};
@@ -43,8 +44,6 @@ const MOST_CREASES: f64 = 0.5;
 const SLACK: f64 = 1.2;
 /// A coarse mesh that creases hold above its target by more than one part in so many is decimated without them.
 const MORE: usize = 5;
-/// What filling all of the square is worth, in what cuts cost over the square root of the area.
-const WORTH: f64 = 40.0;
 
 /// Scratch bytes that [`cut_by_proxies`] asks for.
 pub fn proxies_need(faces: usize, vertices: usize) -> usize {
@@ -120,7 +119,7 @@ impl<'p> Proxy<'p> {
         let area: f64 = surface.rest.iter().map(|r| r.area).sum();
         let cost = (0..cut.len()).filter(|c| cut[*c] != 0).map(|c| 0.5 * surface.cost[c]).sum::<f64>();
         let missed = (distortion(uv, surface.rest) - bound).max(0.0);
-        Ok([missed, cost / sqrt(area) - WORTH * crowd(uv, cut, surface, scratch.frame())?.fill()])
+        Ok([missed, cost / sqrt(area) - FILL_WORTH * crowd(uv, cut, surface, scratch.frame())?.fill()])
     }
 }
 
@@ -131,8 +130,7 @@ fn crowd(uv: &[DVec2], cut: &[u8], surface: &Surface, mut scratch: Scratch) -> R
     for k in 0..charts.count() {
         let faces = charts.faces_of(k);
         let area = faces.iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
-        let mut open = faces.iter().flat_map(|f| 3 * f..3 * f + 3).filter(|c| surface.is_open(cut, *c));
-        let Some(start) = open.next() else { continue };
+        let Some(start) = surface.first_open(cut, faces) else { continue };
         crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
     }
     Ok(crowd)
@@ -164,21 +162,15 @@ fn search_both(
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<(), SeamError> {
-    let need = |proxy: &Proxy| {
-        let mesh = proxy.surface.mesh;
-        direct_need(mesh.faces.len(), mesh.positions.len(), Trials::All)
-    };
-    let mut left = 2;
     let mut jobs = heapless::Vec::<ProxyJob, 2>::new();
-    for proxy in proxies {
-        let bytes = need(proxy).max(scratch.remaining() / 2).min(scratch.remaining() / left);
-        jobs.push(ProxyJob { proxy, scratch: Some(scratch.split(bytes)?), result: Ok(()) }).ok();
-        left -= 1;
+    for (left, proxy) in [2, 1].into_iter().zip(proxies) {
+        let half = scratch.split(scratch.remaining() / left)?;
+        jobs.push(ProxyJob { proxy, scratch: Some(half), result: Ok(()) }).ok();
     }
     for_each_chunk(workers, &mut jobs, 1, &|_, job| {
         let ProxyJob { proxy: Proxy { surface, uv, cut, .. }, scratch, result } = &mut job[0];
         if let Some(scratch) = scratch.take() {
-            *result = search_anew(uv, cut, surface, budget, scratch);
+            *result = search_anew(uv, cut, surface, budget, Trials::All, scratch, &Serial, &mut || true);
         }
     });
     jobs.into_iter().try_for_each(|job| job.result)
@@ -224,17 +216,4 @@ pub fn cut_by_proxies(
         disks_again(cut, surface, scratch)?;
     }
     Ok(true)
-}
-
-/// Cuts to disks and on, on one worker.
-fn search_anew(
-    uv: &mut [DVec2],
-    cut: &mut [u8],
-    surface: &Surface,
-    budget: Budget,
-    mut scratch: Scratch,
-) -> Result<(), SeamError> {
-    let whole = &Surface { stays_whole: budget.whole, ..*surface };
-    cut_to_disks(cut, whole, scratch.frame())?;
-    search_from(uv, cut, surface, budget, Trials::All, scratch, &Serial, &mut || true)
 }

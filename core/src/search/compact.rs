@@ -8,7 +8,7 @@ use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
-use crate::charts::wedge_paths::{Go, WedgePaths};
+use crate::charts::wedge_paths::WedgePaths;
 use crate::mesh::view::NONE;
 use crate::plane::hull::{self, hull_area};
 use crate::solve::bound::lie_flat;
@@ -47,7 +47,7 @@ pub fn split_bulky(
     for k in 0..charts.count() {
         let faces = charts.faces_of(k);
         let area: f64 = faces.iter().map(|f| surface.rest[*f as usize].area).sum();
-        let Some(start) = faces.iter().flat_map(|f| 3 * f..3 * f + 3).find(|c| surface.is_open(cut, *c)) else {
+        let Some(start) = surface.first_open(cut, faces) else {
             continue;
         };
         let mut len = 0;
@@ -68,7 +68,7 @@ pub fn split_bulky(
         let mut best: Option<(f64, usize, usize)> = None;
         for i in 0..count {
             let from = node[place(i) as usize];
-            grow(&mut paths, from, cut, node, on_border, surface);
+            paths.grow_inside(surface, cut, node, from, on_border);
             for j in i + 1..count {
                 let cost = paths.cost[node[place(j) as usize] as usize];
                 let price = PRICE * cost / sqrt(total);
@@ -85,7 +85,7 @@ pub fn split_bulky(
             }
         }
         if let Some((_, i, j)) = best {
-            grow(&mut paths, node[place(i) as usize], cut, node, on_border, surface);
+            paths.grow_inside(surface, cut, node, node[place(i) as usize], on_border);
             let end = node[place(j) as usize];
             if paths.via[end as usize] != NONE {
                 paths.cut_back(end, cut, changed, node, surface);
@@ -95,16 +95,4 @@ pub fn split_bulky(
         border.iter().for_each(|c| on_border[node[*c as usize] as usize] = 0);
     }
     Ok(split)
-}
-
-/// Cheapest paths from one border node through the inside of its chart.
-fn grow(paths: &mut WedgePaths, from: u32, cut: &[u8], node: &[u32], on_border: &mut [u8], surface: &Surface) {
-    paths.grow(
-        surface,
-        cut,
-        node,
-        core::iter::once(from),
-        |edge, _| surface.cost[edge as usize],
-        |n, _| if n != from && on_border[n as usize] != 0 { Go::Around } else { Go::On },
-    );
 }

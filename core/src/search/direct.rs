@@ -10,6 +10,7 @@ use crate::base::workers::Workers;
 use crate::charts::patch::patch_need;
 use crate::charts::surface::Surface;
 use crate::charts::work::job_need;
+use crate::first::disks::cut_to_disks;
 use crate::first::halving::flatten_all;
 use crate::plane::overlap::overlaps_need;
 use crate::solve::energy::Rest;
@@ -45,6 +46,23 @@ pub fn direct_need(faces: usize, vertices: usize, trials: Trials) -> usize {
             .max(glue_need(faces))
             .max(compact_need(faces))
             .max(patch_need(faces))
+}
+
+/// Cuts to disks, and searches from there.
+#[allow(clippy::too_many_arguments)]
+pub fn search_anew(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    trials: Trials,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut() -> bool,
+) -> Result<(), SeamError> {
+    cut.fill(0);
+    cut_to_disks(cut, &Surface { stays_whole: budget.whole, ..*surface }, scratch.frame())?;
+    search_from(uv, cut, surface, budget, trials, scratch, workers, proceed)
 }
 
 /// Flattens what is cut, cuts on until the bound holds, and takes out cuts that it does not need.

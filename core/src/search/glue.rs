@@ -159,7 +159,7 @@ fn try_chart(
     mut scratch: Scratch,
 ) -> Result<Option<(u32, f64)>, ScratchTooSmall> {
     let faces = homes.charts.faces_of(k);
-    let Some(start) = faces.iter().flat_map(|f| 3 * f..3 * f + 3).find(|c| surface.is_open(cut, *c)) else {
+    let Some(start) = surface.first_open(cut, faces) else {
         return Ok(None);
     };
     let border = scratch.fill::<u32>(|out| {

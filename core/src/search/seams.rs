@@ -1,15 +1,14 @@
 //! Seam optimisation: one budget of distortion, spent where it hides most.
 //!
-//! A piece is cut on the mesh itself, or, where it has more than [`PROXY_FROM`] faces, by way of a decimated ones. Guarantee: no flips;
+//! A piece is cut on the mesh itself, or, where it has more than [`PROXY_FROM`] faces, by way of two decimated ones. Guarantee: no flips;
 //! no overlap inside a chart but of one polygon.
 
 use super::budget::{Budget, SeamError};
 use super::by_proxy::{PROXY_FROM, cut_by_proxies, proxies_need};
-use super::direct::{Trials, direct_need, search_from};
+use super::direct::{Trials, direct_need, search_anew, search_from};
 use crate::base::scratch::Scratch;
 use crate::base::workers::Workers;
 use crate::charts::surface::Surface;
-use crate::first::disks::cut_to_disks;
 use glam::DVec2;
 
 /// Pieces of more faces have no trials of their own.
@@ -44,10 +43,7 @@ pub fn make_charts(
     let faces = surface.mesh.faces.len();
     // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
     let budget = Budget { whole: budget.whole && faces <= LARGE, ..budget };
-    if faces <= PROXY_FROM || !cut_by_proxies(cut, surface, budget, scratch.frame(), workers, proceed)? {
-        cut.fill(0);
-        let surface = &Surface { stays_whole: budget.whole, ..*surface };
-        cut_to_disks(cut, surface, scratch.frame())?;
-    }
-    search_from(uv, cut, surface, budget, trials(faces), scratch, workers, proceed)
+    let has_cuts = faces > PROXY_FROM && cut_by_proxies(cut, surface, budget, scratch.frame(), workers, proceed)?;
+    let search = if has_cuts { search_from } else { search_anew };
+    search(uv, cut, surface, budget, trials(faces), scratch, workers, proceed)
 }

@@ -171,8 +171,7 @@ fn hulls(
     let charts = ChartList::new(surface, cut, &mut scratch)?;
     let [a, b] = ends.map(|f| charts.of_face[f as usize]);
     let hull = |k: u32| {
-        let mut corners = charts.faces_of(k as usize).iter().flat_map(|f| 3 * f..3 * f + 3);
-        corners.find(|c| surface.is_open(cut, *c)).map_or(0.0, |c| hull_of(border(c, uv, cut, surface)))
+        surface.first_open(cut, charts.faces_of(k as usize)).map_or(0.0, |c| hull_of(border(c, uv, cut, surface)))
     };
     Ok(hull(a) + if a == b { 0.0 } else { hull(b) })
 }

@@ -48,19 +48,40 @@ pub fn lie_flat(faces: &[u32], uv: &[DVec2], rest: &[Rest]) -> bool {
     energy <= 4.0 * area * (1.0 + AT_EASE)
 }
 
+/// Sums over the faces that have an area to speak of.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Strain {
+    /// Area times the squared norm of the Jacobian.
+    pub stretch: f64,
+    /// The same of its inverse.
+    pub shrink: f64,
+    /// Area.
+    pub area: f64,
+}
+
+impl Strain {
+    /// Of a map at the scale that it has.
+    pub fn of(uv: &[DVec2], rest: &[Rest]) -> Self {
+        let mut sum = Self::default();
+        let flat = flat_area(rest);
+        for (f, rest) in rest.iter().enumerate().filter(|(_, r)| r.area > flat) {
+            let [c0, c1] = rest.jacobian([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
+            let (det, norm) = (c0.perp_dot(c1), c0.dot(c0) + c1.dot(c1));
+            sum.stretch += rest.area * norm;
+            sum.shrink += rest.area * norm / (det * det);
+            sum.area += rest.area;
+        }
+        sum
+    }
+
+    /// Mean symmetric Dirichlet energy over 4 after the best scale.
+    pub fn mean(&self) -> f64 {
+        sqrt(self.stretch * self.shrink) / (2.0 * self.area)
+    }
+}
+
 /// Mean symmetric Dirichlet energy over 4, after the best global scale. Faces of no area to speak of do not count.
 pub fn distortion(uv: &[DVec2], rest: &[Rest]) -> f64 {
-    let (mut stretch, mut shrink, mut area) = (0.0, 0.0, 0.0);
-    let flat = flat_area(rest);
-    for (f, rest) in rest.iter().enumerate() {
-        if rest.area <= flat {
-            continue;
-        }
-        let [c0, c1] = rest.jacobian([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
-        let (det, norm) = (c0.perp_dot(c1), c0.dot(c0) + c1.dot(c1));
-        stretch += rest.area * norm;
-        shrink += rest.area * norm / (det * det);
-        area += rest.area;
-    }
-    if area > 0.0 { sqrt(stretch * shrink) / (2.0 * area) } else { 1.0 }
+    let strain = Strain::of(uv, rest);
+    if strain.area > 0.0 { strain.mean() } else { 1.0 }
 }
