@@ -11,7 +11,8 @@ use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::mesh::view::{NONE, next};
 use crate::solve::energy::Rest;
-use crate::solve::flatten::{tutte, unfold};
+use crate::solve::flatten::{tutte, unfold, weld};
+use crate::solve::levels::{LEVELS_FROM, flatten_by_levels};
 use crate::solve::piece::{Piece, Stop};
 use crate::solve::relax::{Relaxation, relax, relax_need};
 use glam::{DVec2, DVec3};
@@ -29,6 +30,9 @@ pub enum Work {
     Flatten(Stop),
     /// Relax from where it is.
     Relax(Stop),
+    /// Lay down as near as can be to how each face lies, where faces that hang together may lie apart; then relax, unless that
+    /// turns a face over.
+    Weld(Stop),
 }
 
 /// One chart on its own.
@@ -39,9 +43,10 @@ struct ChartJob<'j> {
     x: &'j mut [DVec2],
     at: &'j mut [DVec3],
     inner: usize,
-    border: &'j [[u32; 2]], // border edges from node to node, in order
-    walls: &'j [[u32; 2]],  // those that are kept apart: all or none
-    beside: &'j [[u32; 3]], // neighbours of each triangle, where there are no inner nodes
+    border: &'j [[u32; 2]],  // border edges from node to node, in order
+    walls: &'j [[u32; 2]],   // those that are kept apart: all or none
+    beside: &'j [[u32; 3]],  // neighbours of each triangle, where there are no inner nodes
+    sides: &'j [[DVec2; 3]], // how each triangle lies, where its neighbours may lie apart
     scratch: Option<Scratch<'j>>,
     result: Result<Relaxation, ScratchTooSmall>,
 }
@@ -90,7 +95,7 @@ pub fn work_on(
                     }
                     let bytes = need.min(wave.remaining());
                     let mut part = wave.split(bytes)?;
-                    let mut job = take_out(faces, node, local, on_border, uv, surface, cut, &mut part)?;
+                    let mut job = take_out(faces, node, local, on_border, uv, surface, cut, work, &mut part)?;
                     job.scratch = Some(part);
                     jobs.put(job);
                     members.put(k);
@@ -108,7 +113,7 @@ pub fn work_on(
         // What a chart needs is an estimate that nodes of many neighbours can break: those have all memory to themselves.
         for k in short {
             let mut part = scratch.frame();
-            let mut job = take_out(charts.faces_of(k), node, local, on_border, uv, surface, cut, &mut part)?;
+            let mut job = take_out(charts.faces_of(k), node, local, on_border, uv, surface, cut, work, &mut part)?;
             job.scratch = Some(part);
             job.run(work, workers);
             sound &= job.put_back(uv)?;
@@ -127,6 +132,7 @@ pub fn job_need(faces: usize) -> usize {
         + bytes_for::<DVec3>(nodes)
         + bytes_for::<[u32; 3]>(faces)
         + bytes_for::<[u32; 2]>(nodes)
+        + bytes_for::<[DVec2; 3]>(faces)
         + relax_need(nodes, faces, 3 * faces)
 }
 
@@ -139,6 +145,7 @@ fn take_out<'j>(
     uv: &[DVec2],
     surface: &Surface,
     cut: &[u8],
+    work: Work,
     scratch: &mut Scratch<'j>,
 ) -> Result<ChartJob<'j>, ScratchTooSmall> {
     let corners = || faces.iter().flat_map(|f| 3 * f..3 * f + 3);
@@ -189,6 +196,10 @@ fn take_out<'j>(
             }
         }
     }
+    let sides = scratch.take::<[DVec2; 3]>(if matches!(work, Work::Weld(_)) { faces.len() } else { 0 })?;
+    for (s, f) in sides.iter_mut().zip(faces) {
+        *s = [0, 1, 2].map(|i| uv[3 * *f as usize + i]);
+    }
     Ok(ChartJob {
         faces,
         triangles,
@@ -199,6 +210,7 @@ fn take_out<'j>(
         border,
         walls,
         beside,
+        sides,
         scratch: None,
         result: Ok(Relaxation::default()),
     })
@@ -231,9 +243,20 @@ impl ChartJob<'_> {
         let piece = Piece { triangles, rest, free: self.x.len(), at, springs: &[], walls };
         match work {
             Work::Relax(stop) => relax(self.x, &piece, stop, scratch, workers),
+            Work::Weld(stop) => {
+                weld(self.x, &piece, self.sides, scratch.frame(), workers)?;
+                relax(self.x, &piece, stop, scratch, workers)
+            }
             Work::Flatten(_) if self.inner == 0 => {
                 unfold(self.x, &piece, self.beside, scratch.frame())?;
                 relax(self.x, &piece, Stop { steps: 0, tolerance: 0.0 }, scratch, workers)
+            }
+            Work::Flatten(stop)
+                if triangles.len() > LEVELS_FROM
+                    && walls.is_empty()
+                    && flatten_by_levels(self.x, &piece, self.inner, scratch.frame(), workers)? =>
+            {
+                relax(self.x, &piece, stop, scratch, workers)
             }
             Work::Flatten(stop) => {
                 tutte(self.x, &piece, self.inner, self.border, scratch.frame(), workers)?;

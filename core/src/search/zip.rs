@@ -31,7 +31,7 @@ use glam::DVec2;
 /// of splits 13 meshes fill .709 of the square.
 const HULL_PRICE: f64 = 0.4 * PRICE;
 /// Paths that are tried at the most; each costs a flattening of its chart.
-const TRIES: usize = 16;
+const TRIES: usize = 24;
 /// Squared gap, over all area and the distortion that is left, above which a path is not tried. Closed paths added 0.3
 /// to 1.5 of it.
 const REACH: f64 = 4.0;
@@ -115,6 +115,7 @@ pub fn zip(
             old_uv.copy_from(uv);
             let cap = goal.worst.max(worst(uv, surface.rest));
             let before = if goal.bulky { 0.0 } else { hulls(ends, uv, cut, surface, frame.frame())? };
+            lay_beside(path, uv, cut, surface, frame.frame())?;
             path.iter().for_each(|c| surface.set_cut(cut, *c, false));
             let sound = close(uv, cut, path[0] / 3, surface, frame.frame(), workers)?;
             let compact =
@@ -137,6 +138,24 @@ pub fn zip(
     }
 }
 
+/// Moves the chart on the left of a path to where the sides of the path are nearest to each other.
+fn lay_beside(
+    path: &[u32],
+    uv: &mut [DVec2],
+    cut: &[u8],
+    surface: &Surface,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let charts = ChartList::new(surface, cut, &mut scratch)?;
+    let [left, right] = [path[0], surface.twin[path[0] as usize]].map(|c| charts.of_face[(c / 3) as usize]);
+    if left != right {
+        let motion = Motion::fit(|| facing(path, uv, surface));
+        let corners = charts.faces_of(left as usize).iter().flat_map(|f| 3 * f..3 * f + 3);
+        corners.for_each(|c| uv[c as usize] = motion.apply(uv[c as usize]));
+    }
+    Ok(())
+}
+
 /// Flattens the chart of a face anew; whether nothing flips or overlaps then.
 fn close(
     uv: &mut [DVec2],
@@ -148,7 +167,7 @@ fn close(
 ) -> Result<bool, ScratchTooSmall> {
     let charts = ChartList::new(surface, cut, &mut scratch)?;
     let own = charts.of_face[face as usize];
-    if !work_on(uv, surface, cut, &charts, |k| k as u32 == own, Work::Flatten(STOP), scratch.frame(), workers)? {
+    if !work_on(uv, surface, cut, &charts, |k| k as u32 == own, Work::Weld(STOP), scratch.frame(), workers)? {
         return Ok(false);
     }
     let partner = scratch.take::<u32>(surface.mesh.faces.len())?;

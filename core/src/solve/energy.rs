@@ -45,9 +45,7 @@ pub struct Rest {
 /// fine triangles lie where the shape is rich. The sum stays, but for faces that would gain more than [`MOST_GAIN`].
 pub fn even_out(rest: &mut [Rest]) {
     let mean = rest.iter().map(|r| r.area).sum::<f64>() / rest.len().max(1) as f64;
-    for r in rest.iter_mut().filter(|r| r.area > 0.0) {
-        r.weight = (1.0 - EVEN) * r.weight + EVEN * mean.min(MOST_GAIN * r.weight);
-    }
+    rest.iter_mut().for_each(|r| r.even_out(mean));
 }
 
 /// psi from which a face counts for more, so that none is far above the rest: without, single faces reach a psi of 20 at the
@@ -77,6 +75,13 @@ impl Rest {
         let y = held / lu;
         let (area, weight) = (0.5 * exact, (0.5 * exact).max(0.5 * FLAT_WEIGHT * held));
         Self { a: 1.0 / lu, b: -x / (lu * y), d: 1.0 / y, area, weight }
+    }
+
+    /// Moves the weight half-way to that of a face of area `mean`, as [`even_out`] does.
+    pub fn even_out(&mut self, mean: f64) {
+        if self.area > 0.0 {
+            self.weight = (1.0 - EVEN) * self.weight + EVEN * mean.min(MOST_GAIN * self.weight);
+        }
     }
 
     /// Jacobian from the rest shape to the UV triangle, columns first: (dU/dx, dU/dy).
@@ -173,6 +178,26 @@ impl Rest {
             limit
         };
         if root > 0.0 { root.min(limit) } else { limit }
+    }
+
+    /// Gradient (6) of [`objective`](Self::objective) over the three corners, times the triangle's weight.
+    #[inline]
+    pub fn gradient(&self, x: [DVec2; 3]) -> [f64; 6] {
+        let [c0, c1] = self.jacobian(x);
+        let det = c0.perp_dot(c1);
+        let norm = c0.dot(c0) + c1.dot(c1);
+        let inverse = 1.0 / (det * det);
+        let rise = self.weight * steep(norm * (1.0 + inverse)).1;
+        // Over the Jacobian: of |F|^2, and of det F.
+        let along = 2.0 * rise * (1.0 + inverse);
+        let across = (2.0 * self.weight * AREA * ln(det) - 2.0 * rise * norm * inverse) / det;
+        let d0 = c0 * along + DVec2::new(c1.y, -c1.x) * across;
+        let d1 = c1 * along + DVec2::new(-c0.y, c0.x) * across;
+        let mut gradient = [0.0; 6];
+        for (pair, g) in gradient.as_chunks_mut::<2>().0.iter_mut().zip(self.gradients()) {
+            *pair = (d0 * g.x + d1 * g.y).to_array();
+        }
+        gradient
     }
 
     /// Gradient (6) of [`objective`](Self::objective) and the lower triangle of its projected Hessian (6 x 6, row by row)
@@ -294,6 +319,20 @@ mod tests {
         // A few roundings of values near 1.
         assert_abs_diff_eq!(rest.energy(x), 4.0, epsilon = 1e-13);
         assert!(rest.derivatives(x).0.iter().all(|g| g.abs() < 1e-13));
+    }
+
+    #[test]
+    fn the_gradient_alone_is_that_of_the_derivatives() {
+        for seed in 0..50 {
+            let (rest, x) = triangle(seed);
+            if rest.energy(x) > 1e3 {
+                continue;
+            }
+            let (all, alone) = (rest.derivatives(x).0, rest.gradient(x));
+            let size = all.iter().map(|g| g.abs()).fold(1.0, f64::max);
+            // Some twenty roundings of sums that cancel by up to psi.
+            all.iter().zip(alone).for_each(|(a, b)| assert_abs_diff_eq!(*a, b, epsilon = 1e-11 * size));
+        }
     }
 
     #[test]

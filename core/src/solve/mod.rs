@@ -3,6 +3,7 @@
 pub mod bound;
 pub mod energy;
 pub mod flatten;
+pub mod levels;
 pub mod piece;
 pub mod relax;
 pub mod sparse;

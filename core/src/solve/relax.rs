@@ -22,6 +22,11 @@ const HALVINGS: usize = 30;
 /// Added to each diagonal entry: holds the rigid motions, which have no energy.
 const HOLD: f64 = 1e-7;
 
+/// A whole step that lowers the energy by this share of what its slope says, where a quadratic is lowered by half of it, leads well.
+const WELL: f64 = 0.25;
+/// Steps with the same factor at the most: near rest the Hessian changes little, and to solve with it again costs a tenth.
+const AGAIN: usize = 3;
+
 /// Triangles whose energies are summed by one task.
 const CHUNK: usize = 2048;
 
@@ -112,10 +117,23 @@ pub fn relax(
     let step = spare.take::<DVec2>(x.len())?; // held nodes keep a zero step
     let trial = spare.take::<DVec2>(x.len())?;
     trial.copy_from(x);
-    while done.steps < stop.steps {
-        walls.derivatives(x, pushes);
+    // Steps that may be taken with the last factor, where it led well.
+    let mut again = 0;
+    while again > 0 || done.steps < stop.steps {
+        let with_last = if again > 0 {
+            step_again(&mut step[..free], x, piece, &mut system, scratch.frame(), workers)?
+        } else {
+            None
+        };
         // The step is -H^-1 g: it falls by g . H^-1 g.
-        let slope = -newton_step(&mut step[..free], x, piece, pushes, &mut system, scratch.frame(), workers)?;
+        let slope = match with_last {
+            Some(fall) => -fall,
+            None if done.steps == stop.steps => break,
+            None => {
+                walls.derivatives(x, pushes);
+                -newton_step(&mut step[..free], x, piece, pushes, &mut system, scratch.frame(), workers)?
+            }
+        };
         if slope.is_nan() || slope > -stop.tolerance * area {
             done.converged = true;
             break;
@@ -126,13 +144,43 @@ pub fn relax(
             let next = energy(piece, trial, sums, workers) + walls.energy(trial);
             (next <= now + DECREASE * length * slope).then_some(next)
         });
-        done.steps += 1;
+        let led_well = length == 1.0 && found.is_some_and(|next| next <= now + WELL * slope);
+        if with_last.is_some() {
+            again -= 1;
+            if !led_well {
+                again = 0;
+                continue;
+            }
+        } else {
+            done.steps += 1;
+            again = if led_well && piece.springs.is_empty() && piece.walls.is_empty() { AGAIN } else { 0 };
+        }
         let Some(next) = found else { break };
         now = next;
         x[..free].copy_from(&trial[..free]);
     }
     done.after = now;
     Ok(done)
+}
+
+/// Writes the step that the last factor makes of the gradient at `x`; returns how far the energy falls along it, or nothing where that
+/// factor was not kept.
+fn step_again(
+    step: &mut [DVec2],
+    x: &[DVec2],
+    piece: &Piece,
+    system: &mut System,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<Option<f64>, ScratchTooSmall> {
+    let right = scratch.take::<DVec2>(x.len())?;
+    for (t, rest) in piece.triangles.iter().zip(piece.rest) {
+        let g = rest.gradient(t.map(|i| x[i as usize]));
+        for (i, g) in t.iter().zip(g.as_chunks::<2>().0) {
+            right[*i as usize] -= DVec2::from_array(*g);
+        }
+    }
+    system.solve_again(step, &right[..piece.free], scratch, workers)
 }
 
 /// Writes the Newton step of every free node; returns how far the energy falls along it.

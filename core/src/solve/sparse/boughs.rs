@@ -16,7 +16,7 @@ pub(super) const BOUGH: usize = 1000;
 /// memory once.
 const WHOLE: usize = 2000;
 /// The columns of boughs are kept in systems of up to so many nodes.
-pub(super) const KEPT: usize = 20_000;
+pub(super) const KEPT: usize = 60_000;
 /// Boughs that are eliminated at the same time at the most.
 pub(super) const LANES: usize = 16;
 

@@ -210,6 +210,28 @@ fn extend_add(
     }
 }
 
+/// Replaces b by L^-1 b for the unknowns of a front whose earlier ones are done, and takes their share off its border's. `y` stands by
+/// position; `part` is memory.
+pub(super) fn forward(y: &mut [f64], front: &Front, columns: &[f32], symbolic: &Symbolic, part: &mut [f64]) {
+    let (m, own, first) = (front.size(), front.own(), 2 * front.first as usize);
+    part[..own].copy_from(&y[first..first + own]);
+    part[own..m].fill(0.0);
+    let mut rest = columns;
+    for c in 0..own {
+        let (column, others) = rest.split_at(m - c);
+        rest = others;
+        let (done, below) = part[..m].parted_mut(c + 1);
+        done[c] /= f64::from(column[0]);
+        below.iter_mut().zip(&column[1..]).for_each(|(p, l)| *p -= done[c] * f64::from(*l));
+    }
+    y[first..first + own].copy_from(&part[..own]);
+    for (k, p) in symbolic.border[front.border_range()].iter().enumerate() {
+        let at = 2 * *p as usize;
+        y[at] += part[own + 2 * k];
+        y[at + 1] += part[own + 2 * k + 1];
+    }
+}
+
 /// Unknowns by position: a run of them that may change, and others that may only be read.
 pub(super) struct Unknowns<'v> {
     /// Position of the first.
