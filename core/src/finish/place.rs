@@ -329,8 +329,8 @@ fn part_all(
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
+    changed.fill(1);
     for round in 0.. {
-        changed.fill(0);
         let how = if round < CHEAP_SPLITS { Split::Cheapest } else { Split::Halves };
         if split_overlaps(cut, changed, uv, surface, how, scratch.frame(), workers)? == 0 || !changed.contains(&1) {
             break;

@@ -15,6 +15,8 @@ use glam::{DVec2, Vec2};
 
 /// Lattice nodes for all charts together; with 2^17 the step is about 1/250 of the square's side, four texels of 1024.
 pub(super) const NODES: usize = 1 << 17;
+/// And for a sketch.
+pub(super) const SKETCH_NODES: usize = 1 << 15;
 /// Border points for all charts together, and at least so many a chart. With 6144 a look-up budget fills 8 % less, with
 /// 2048 1 % less, with 512 about the same.
 pub(super) const POINTS: usize = 1024;
@@ -78,20 +80,25 @@ pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
 }
 
 impl<'a> Fields<'a> {
-    /// Builds the fields; `margin` is the distance around a chart that they must cover.
-    pub fn new(outlines: &Outlines, margin: f64, scratch: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
+    /// Builds the fields of `most` nodes at the most; `margin` is the distance around a chart that they must cover.
+    pub fn new(
+        outlines: &Outlines,
+        margin: f64,
+        most: usize,
+        scratch: &mut Scratch<'a>,
+    ) -> Result<Self, ScratchTooSmall> {
         let count = outlines.count();
         let shapes = scratch.take::<FieldShape>(count)?;
         let bound = points_bound(outlines.edges.len(), count);
         let groups = scratch.take::<PointRun>(bound)?;
         let runs = scratch.take::<PointRun>(bound)?;
         let points = scratch.take::<Vec2>(bound)?;
-        let nodes = scratch.take::<f32>(NODES)?;
+        let nodes = scratch.take::<f32>(most)?;
         let mut frame = scratch.frame();
-        let nearest = frame.take::<u32>(NODES)?;
-        let winding = frame.take::<i16>(NODES)?;
+        let nearest = frame.take::<u32>(most)?;
+        let winding = frame.take::<i16>(most)?;
 
-        let step = lattice_step(outlines, margin);
+        let step = lattice_step(outlines, margin, most);
         let length: f64 = outlines.edges.iter().map(|e| e[0].distance(e[1])).sum();
         let spacing = length / POINTS as f64;
         let (mut first_node, mut group_count, mut run_count, mut point_count) = (0, 0, 0, 0);
@@ -292,11 +299,11 @@ fn lattice_size(outlines: &Outlines, chart: usize, margin: f64, step: f64) -> [u
 }
 
 /// The smallest step, by tenths, with which all lattices fit their memory.
-fn lattice_step(outlines: &Outlines, margin: f64) -> f64 {
+fn lattice_step(outlines: &Outlines, margin: f64, most: usize) -> f64 {
     let mut step = 1.0 / 1024.0;
     loop {
         let sizes = (0..outlines.count()).map(|chart| lattice_size(outlines, chart, margin, step));
-        if sizes.map(|[c, r]| c.saturating_mul(r)).fold(0, usize::saturating_add) <= NODES {
+        if sizes.map(|[c, r]| c.saturating_mul(r)).fold(0, usize::saturating_add) <= most {
             return step;
         }
         step *= 1.1;

@@ -11,6 +11,7 @@ use super::board::Board;
 use super::mask::Mask;
 use super::outline::{self, Outlines, common_box};
 use super::placement::{Gap, Pose};
+use super::settings::is_sketch;
 use crate::base::real;
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -45,11 +46,9 @@ const PLANS: [FillPlan; 4] = [
 
 /// For trials whose outcome is compared alone: 128 cells, 4 turns and one lane take a tenth of the time.
 const SKETCH: FillPlan = FillPlan { charts: 32, raster: 128, turns: 4, lanes: 1 };
-/// Effort up to which charts are only sketched.
-const SKETCHED: f64 = 0.15;
 
 fn plan(chart_count: usize, effort: f64) -> &'static FillPlan {
-    if chart_count <= SKETCH.charts && effort > 0.0 && effort <= SKETCHED {
+    if chart_count <= SKETCH.charts && is_sketch(effort) {
         return &SKETCH;
     }
     PLANS.iter().find(|p| chart_count <= p.charts).unwrap_or(&PLANS[PLANS.len() - 1])

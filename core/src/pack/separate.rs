@@ -13,7 +13,7 @@ use super::clearance;
 use super::field::{self, Fields};
 use super::outline::{self, Outlines};
 use super::placement::{Gap, Pose};
-use super::settings::PackSettings;
+use super::settings::{PackSettings, is_sketch};
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
@@ -80,7 +80,8 @@ pub(super) fn improve(
         return Ok(());
     }
     let mut frame = scratch.frame();
-    let fields = Fields::new(outlines, 2.0 * gap.within(*side), &mut frame)?;
+    let nodes = if is_sketch(settings.effort) { field::SKETCH_NODES } else { field::NODES };
+    let fields = Fields::new(outlines, 2.0 * gap.within(*side), nodes, &mut frame)?;
     let mut lanes = heapless::Vec::<SeparationLane, LANES>::new();
     for index in 0..LANES {
         let lane = SeparationLane {

@@ -25,6 +25,14 @@ pub struct PackSettings {
     pub effort: f64,
 }
 
+/// Effort up to which charts are only sketched: the outcome of a trial is compared, and nobody sees it.
+const SKETCHED: f64 = 0.15;
+
+/// Whether a packing of this effort is a sketch.
+pub(super) fn is_sketch(effort: f64) -> bool {
+    effort > 0.0 && effort <= SKETCHED
+}
+
 impl Default for PackSettings {
     fn default() -> Self {
         Self { size: 1024, padding: 2, mode: Mode::Tight, seed: 0, effort: 1.0 }

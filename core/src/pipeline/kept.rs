@@ -48,7 +48,7 @@ pub fn take_over(
         }
     }
     let partner = scratch.take::<u32>(chart.len())?;
-    self_overlaps(partner, uv, chart, pieces.count(), scratch, workers)?;
+    self_overlaps(partner, uv, chart, pieces.count(), |_| true, scratch, workers)?;
     let overlapping = partner.iter().zip(&*chart).filter(|(partner, _)| **partner != NONE);
     overlapping.for_each(|(_, p)| kept[*p as usize] = 0);
     Ok(())

@@ -140,9 +140,9 @@ impl Rounds<'_> {
 
     /// Splits charts until none overlaps itself.
     pub fn part_overlaps(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
+        self.changed.fill(1);
         for round in 0.. {
             self.proceed()?;
-            self.changed.fill(0);
             let how = if round < SPLITS { Split::Cheapest } else { Split::Halves };
             let Self { uv, cut, changed, surface, workers, .. } = self;
             let found = split_overlaps(cut, changed, uv, surface, how, scratch.frame(), *workers)?;

@@ -30,37 +30,48 @@ const FREE: u8 = 0;
 const X: u8 = 1;
 const Y: u8 = 2;
 
-/// Finds for each face another face of the same chart that it overlaps, or `NONE`; returns how many have one.
+/// Finds for each face of a `wanted` chart another face of the same chart that it overlaps, or `NONE`; returns how many have one.
+#[allow(clippy::too_many_arguments)]
 pub fn self_overlaps(
     partner: &mut [u32],
     uv: &[DVec2],
     chart: &[u32],
     chart_count: usize,
+    wanted: impl Fn(u32) -> bool,
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<usize, ScratchTooSmall> {
+    partner.fill(NONE);
+    let faces = scratch.take::<u32>(chart.iter().filter(|k| wanted(**k)).count())?;
+    let all = (0..chart.len() as u32).filter(|f| wanted(chart[*f as usize]));
+    faces.iter_mut().zip(all).for_each(|(slot, f)| *slot = f);
     // Charts side by side, a gap between them.
     let low = scratch.take_filled::<DVec2>(chart_count, DVec2::INFINITY)?;
     let high = scratch.take_filled::<DVec2>(chart_count, DVec2::NEG_INFINITY)?;
-    for (c, p) in uv.iter().enumerate() {
-        let k = chart[c / 3] as usize;
-        low[k] = low[k].min(*p);
-        high[k] = high[k].max(*p);
+    for c in faces.iter().flat_map(|f| 3 * f..3 * f + 3) {
+        let (k, p) = (chart[(c / 3) as usize] as usize, uv[c as usize]);
+        low[k] = low[k].min(p);
+        high[k] = high[k].max(p);
     }
     let (mut along, mut tall) = (0.0, 0.0f64);
-    for k in 0..chart_count {
+    for k in (0..chart_count).filter(|k| wanted(*k as u32)) {
         let size = high[k] - low[k];
         low[k] = DVec2::new(along - low[k].x, -low[k].y);
         along += size.x * 1.01;
         tall = tall.max(size.y);
     }
     let bits = grid_bits(along.max(tall).max(1e-300));
-    let triangles = scratch.take::<GridTriangle>(partner.len())?;
-    for (f, t) in triangles.iter_mut().enumerate() {
-        let shift = low[chart[f] as usize];
-        *t = [0, 1, 2].map(|i| GridPoint::snap(uv[3 * f + i] + shift, bits));
+    let triangles = scratch.take::<GridTriangle>(faces.len())?;
+    for (t, f) in triangles.iter_mut().zip(faces.iter()) {
+        let shift = low[chart[*f as usize] as usize];
+        *t = [0, 1, 2].map(|i| GridPoint::snap(uv[3 * *f as usize + i] + shift, bits));
     }
-    overlaps(partner, triangles, scratch, workers)
+    let met = scratch.take::<u32>(faces.len())?;
+    let found = overlaps(met, triangles, scratch, workers)?;
+    for (f, met) in faces.iter().zip(met.iter()).filter(|(_, met)| **met != NONE) {
+        partner[*f as usize] = faces[*met as usize];
+    }
+    Ok(found)
 }
 
 /// One overlapping pair of regions of a chart, with the area that overlaps.
@@ -83,7 +94,8 @@ pub enum Split {
     Halves,
 }
 
-/// Splits each overlapping chart once and marks faces of its parts in `changed`; returns how many faces overlapped before.
+/// Splits each chart that overlaps itself once, of those with a face marked in `changed`, and marks faces of its parts there instead;
+/// returns how many faces overlapped before.
 /// A chart of one polygon stays as it is.
 pub fn split_overlaps(
     cut: &mut [u8],
@@ -98,7 +110,13 @@ pub fn split_overlaps(
     let charts = ChartList::new(surface, cut, &mut scratch)?;
     let queue = scratch.take::<u32>(faces)?;
     let partner = scratch.take::<u32>(faces)?;
-    let found = self_overlaps(partner, uv, charts.of_face, charts.count(), scratch.frame(), workers)?;
+    let wanted = scratch.take::<u8>(charts.count())?;
+    for f in (0..faces).filter(|f| changed[*f] != 0) {
+        wanted[charts.of_face[f] as usize] = 1;
+    }
+    changed.fill(0);
+    let is_wanted = |k: u32| wanted[k as usize] != 0;
+    let found = self_overlaps(partner, uv, charts.of_face, charts.count(), is_wanted, scratch.frame(), workers)?;
     if found == 0 {
         return Ok(0);
     }

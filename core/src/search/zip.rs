@@ -171,7 +171,7 @@ fn close(
         return Ok(false);
     }
     let partner = scratch.take::<u32>(surface.mesh.faces.len())?;
-    Ok(self_overlaps(partner, uv, charts.of_face, charts.count(), scratch, workers)? == 0)
+    Ok(self_overlaps(partner, uv, charts.of_face, charts.count(), |k| k == own, scratch, workers)? == 0)
 }
 
 /// Points of the border of the chart that the open half-edge `c` belongs to.
