@@ -16,6 +16,7 @@ struct Set {
     faces: Vec<[u32; 3]>,
     chart: Vec<u32>,
     count: usize,
+    upright: Vec<u8>,
 }
 
 impl Set {
@@ -47,7 +48,7 @@ impl Set {
     }
 
     fn view(&self) -> FlatCharts<'_> {
-        FlatCharts { uv: &self.uv, faces: &self.faces, chart: &self.chart, count: self.count }
+        FlatCharts { uv: &self.uv, faces: &self.faces, chart: &self.chart, count: self.count, upright: &self.upright }
     }
 
     fn pack_with(&self, settings: &PackSettings, workers: &dyn Workers) -> (Vec<Placement>, PackSummary) {
@@ -294,4 +295,25 @@ fn the_grid_follows_its_formula() {
     assert!(chart[0].distance(corner) < 1e-12, "{chart:?}");
     // Its longer side of 5 fills the cell but for the padding.
     assert!((chart[2].y - corner.y - (1.0 - 2.0 * pad) / cells).abs() < 1e-12);
+}
+
+#[test]
+fn charts_that_stand_upright_are_turned_by_quarters_alone() {
+    for count in [1, 2, 20, 200] {
+        let mut set = Set::default();
+        for i in 0..count as u64 {
+            set = match i % 2 {
+                0 => set.boxes(&[[0.0, 0.0, 0.3 + unit_f64(1, 0, i), 0.2], [0.1, 0.2, 0.1, unit_f64(1, 1, i)]]),
+                _ => set.star(i, 9),
+            };
+        }
+        set.upright = (0..count).map(|i| 1 - i % 2).collect();
+        let (placements, summary) = set.pack(&PackSettings::default());
+        let quarters = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
+        assert!(placements.iter().step_by(2).all(|p| quarters.contains(&p.turn)), "{placements:?}");
+        assert_eq!(summary.padding, 2.0);
+        if count == 20 {
+            assert!(placements.iter().any(|p| !quarters.contains(&p.turn)), "the others turn freely");
+        }
+    }
 }

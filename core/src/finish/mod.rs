@@ -8,3 +8,4 @@ pub mod packing_cuts;
 pub mod place;
 pub mod settle;
 pub mod snap;
+pub mod upright;

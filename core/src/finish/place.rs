@@ -9,9 +9,11 @@ use super::apart::{mark_turned, set_apart};
 use super::order::order_charts;
 use super::settle::settle;
 use super::snap::{close_slits, packing_step, part_touching, straighten, uv_area};
+use super::upright::directions;
 use crate::base::progress::{Progress, Stage, Stopped, tell};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
@@ -128,9 +130,11 @@ pub fn place(
         tell(progress, Stage::Pack, attempt, ATTEMPTS)?;
         let mut frame = scratch.frame();
         let numbers = Numbers::new(cut, placing, &mut frame)?;
-        settle(uv, numbers.chart, numbers.charts, frame.frame())?;
+        let along = frame.take::<DVec2>(numbers.charts)?;
+        directions(along, uv, cut, numbers.chart, placing.pieces, frame.frame())?;
+        settle(uv, numbers.chart, along, frame.frame())?;
         let area = uv_area(uv);
-        let packed = pack_charts(uv, &numbers, area, attempt, &placing.packing, &mut frame, workers)?;
+        let packed = pack_charts(uv, &numbers, along, area, attempt, &placing.packing, &mut frame, workers)?;
         let grid = frame.take::<GridPoint>(numbers.nodes)?;
         done.flipped = onto_grid(grid, uv, cut, &numbers, &packed, placing, frame.frame())?;
         let triangles = frame.take::<GridTriangle>(faces)?;
@@ -206,10 +210,13 @@ impl Packed<'_> {
     }
 }
 
-/// Packs the charts as they look on a coarse grid, so that the last bits of a UV say nothing.
+/// Packs the charts as they look on a coarse grid, so that the last bits of a UV say nothing; those that have a direction `along`
+/// which they stand are turned by quarters only.
+#[allow(clippy::too_many_arguments)]
 fn pack_charts<'f>(
     uv: &[DVec2],
     numbers: &Numbers,
+    along: &[DVec2],
     area: f64,
     attempt: usize,
     asked: &PackSettings,
@@ -222,7 +229,9 @@ fn pack_charts<'f>(
         points[*n as usize] = if step > 0.0 { DVec2::from((*u / step).to_array().map(real::round)) * step } else { *u };
     }
     let placements = keep.take_filled::<Placement>(numbers.charts, Placement::IDENTITY)?;
-    let shapes = FlatCharts { uv: points, faces: numbers.node, chart: numbers.chart, count: numbers.charts };
+    let upright = keep.take::<u8>(numbers.charts)?;
+    upright.iter_mut().zip(along).for_each(|(u, a)| *u = u8::from(*a != DVec2::ZERO));
+    let shapes = FlatCharts { uv: points, faces: numbers.node, chart: numbers.chart, count: numbers.charts, upright };
     let share = if attempt < CAREFUL { 1.0 } else { LATER_EFFORT };
     let packing = PackSettings { effort: asked.effort * share, ..*asked };
     let packed = pack(placements, &shapes, &packing, keep, workers)?;
@@ -241,7 +250,12 @@ pub fn pack_now(
 ) -> Result<f64, ScratchTooSmall> {
     let numbers = Numbers::new(cut, placing, &mut scratch)?;
     let asked = PackSettings { effort: placing.packing.effort * effort, ..placing.packing };
-    Ok(pack_charts(uv, &numbers, uv_area(uv), 0, &asked, &mut scratch, workers)?.utilisation)
+    let along = scratch.take::<DVec2>(numbers.charts)?;
+    directions(along, uv, cut, numbers.chart, placing.pieces, scratch.frame())?;
+    let turned = scratch.take::<DVec2>(uv.len())?;
+    turned.copy_from(uv);
+    settle(turned, numbers.chart, along, scratch.frame())?;
+    Ok(pack_charts(turned, &numbers, along, uv_area(uv), 0, &asked, &mut scratch, workers)?.utilisation)
 }
 
 /// Rounds the placed charts to the grid; returns how many faces are not counter-clockwise there.

@@ -126,7 +126,7 @@ pub(super) fn improve(
     let upright = frame.take::<f64>(count)?;
     let half = frame.take::<f64>(count)?;
     for chart in 0..count {
-        upright[chart] = upright_angle(outlines.hull_of(chart));
+        upright[chart] = if outlines.upright[chart] != 0 { 0.0 } else { upright_angle(outlines.hull_of(chart)) };
         let [low, high] = outlines.turned_box(chart, outline::turn(upright[chart]));
         half[chart] = 0.5 * (high - low).min_element();
     }
@@ -220,6 +220,7 @@ impl FillLane<'_> {
             }
             let mut best: Option<(usize, usize, usize, f64)> = None; // upper end, x, y, angle
             let floor = start.row(size(outlines, chart, self.index));
+            let turns = if outlines.upright[chart] != 0 { turns.min(4) } else { turns };
             for i in 0..turns {
                 // Quarter turns first, then finer ones.
                 let angle = upright.angle[chart] + FRAC_PI_2 * (i % 4) as f64 + FRAC_PI_2 * fraction(i / 4, turns / 4);

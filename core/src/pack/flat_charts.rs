@@ -13,4 +13,6 @@ pub struct FlatCharts<'a> {
     pub chart: &'a [u32], // (f)
     /// Number of charts.
     pub count: usize,
+    /// 1 where a chart stands upright as it is and is turned by quarters only; charts beyond the list turn freely.
+    pub upright: &'a [u8],
 }

@@ -223,7 +223,7 @@ impl SeparationLane<'_> {
     fn inside_at_some_turn(&self, chart: usize, pose: &Pose) -> Option<Body> {
         (0..2 * TURNS).find_map(|i| {
             let away = i.div_ceil(2) as f64 * PI / TURNS as f64;
-            let angle = pose.angle + if i % 2 == 0 { -away } else { away };
+            let angle = self.outlines.allowed(chart, pose.angle + if i % 2 == 0 { -away } else { away });
             self.inside(chart, Body::new(&Pose { angle, ..*pose }))
         })
     }
@@ -249,6 +249,7 @@ impl SeparationLane<'_> {
         }
         let (at_a, at_b) = (self.bodies[a].at, self.bodies[b].at);
         let angle = self.draw() * TAU;
+        let angle = self.outlines.allowed(a, angle);
         for (chart, at, angle) in [(a, at_b, angle), (b, at_a, self.bodies[b].angle)] {
             let body = Body { at, turn: outline::turn(angle).as_vec2(), angle };
             if let Some(body) = self.inside(chart, body) {
@@ -322,11 +323,11 @@ impl SeparationLane<'_> {
                 } else {
                     now.angle + (random[2] * 4.0) as u32 as f64 * PI / 2.0
                 };
-                self.anywhere(chart, angle, random[0], random[1])
+                self.anywhere(chart, self.outlines.allowed(chart, angle), random[0], random[1])
             } else {
                 let reach = 0.1 * self.outlines.radius[chart];
                 let step = DVec2::new(random[0] - 0.5, random[1] - 0.5) * 2.0 * reach;
-                let angle = now.angle + (random[2] - 0.5) * 0.5;
+                let angle = self.outlines.allowed(chart, now.angle + (random[2] - 0.5) * 0.5);
                 let turn = outline::turn(angle).as_vec2();
                 self.inside(chart, Body { at: now.at + step.as_vec2(), turn, angle })
             };
@@ -379,8 +380,9 @@ impl SeparationLane<'_> {
         let radius = self.outlines.radius[chart];
         let (mut step, mut spin) = (0.03 * self.side, 0.03 * self.side / radius);
         let finest = 0.0004 * self.side;
+        let ways = if self.outlines.upright[chart] != 0 { 4.0 } else { 6.0 };
         while step > finest && loss > 0.0 {
-            let axis = (self.draw() * 6.0) as u32;
+            let axis = (self.draw() * ways) as u32;
             let sign = if self.draw() < 0.5 { 1.0 } else { -1.0 };
             let mut better = false;
             for sign in [sign, -sign] {

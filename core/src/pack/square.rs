@@ -6,6 +6,7 @@
 use super::outline::{self, Outlines};
 use super::placement::Pose;
 use core::f64::consts::FRAC_PI_2;
+use glam::DVec2;
 
 const SCAN: usize = 720;
 
@@ -13,6 +14,11 @@ const SCAN: usize = 720;
 pub(super) fn place(poses: &mut [Pose], side: &mut f64, outlines: &Outlines) {
     let mut with_faces = (0..poses.len()).filter(|&i| !outlines.edges_of(i).is_empty());
     let (Some(chart), None) = (with_faces.next(), with_faces.next()) else { return };
+    if outlines.upright[chart] != 0 {
+        let [low, high] = outlines.turned_box(chart, DVec2::X);
+        (poses[chart], *side) = (Pose { angle: 0.0, at: -low }, (high - low).max_element());
+        return;
+    }
     let extent = |angle: f64| {
         let [low, high] = outlines.turned_box(chart, outline::turn(angle));
         (high - low).max_element()

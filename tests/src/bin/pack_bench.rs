@@ -38,7 +38,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut atlas = Atlas::read(Path::new(file))?;
         atlas.equalise_density();
         let start = (Instant::now(), cpu_seconds());
-        let charts = FlatCharts { uv: &atlas.uv, faces: &atlas.faces, chart: &atlas.chart, count: atlas.chart_count };
+        let charts = FlatCharts {
+            uv: &atlas.uv,
+            faces: &atlas.faces,
+            chart: &atlas.chart,
+            count: atlas.chart_count,
+            upright: &[],
+        };
         let mut bytes = vec![0; pack_need(charts.faces.len(), charts.count, &settings)];
         let mut placements = vec![Placement::IDENTITY; charts.count];
         let summary = pack(&mut placements, &charts, &settings, &mut Scratch::new(&mut bytes), &Threads(threads))?;
