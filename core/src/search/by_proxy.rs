@@ -9,6 +9,7 @@
 use super::budget::{Budget, SeamError};
 use super::direct::{Trials, direct_need, search_anew};
 use crate::base::real::sqrt;
+use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::workers::{Serial, Workers, for_each_chunk};
@@ -31,7 +32,9 @@ use crate::solve::energy::{MOLLIFY, Rest, even_out};
 use glam::{DVec2, DVec3};
 
 /// Faces of the coarse meshes, the finer first.
-const PROXY_FACES: [usize; 2] = [3000, 2200];
+const PROXY_FACES: [usize; PROXIES] = [3000, 2200];
+/// Coarse meshes.
+const PROXIES: usize = 2;
 /// Pieces of more faces are cut by way of them.
 pub const PROXY_FROM: usize = 4500;
 /// How far paths may slide while they are carried over.
@@ -42,12 +45,20 @@ const CREASE: f64 = 35.0;
 const MOST_CREASES: f64 = 0.5;
 /// What the coarse meshes may be distorted over what the mesh may: the same cuts distort a fine mesh less.
 const SLACK: f64 = 1.2;
+/// A coarse mesh has at most twice the faces that are wanted, or one of so many of the mesh's: handles and holes keep a scan's from
+/// being reached.
+const SHARE: usize = 64;
 /// A coarse mesh that creases hold above its target by more than one part in so many is decimated without them.
 const MORE: usize = 5;
 
+/// Faces of a coarse mesh of one of so many `faces` at the most.
+fn most_of(faces: usize) -> usize {
+    (2 * PROXY_FACES[0]).max(faces / SHARE)
+}
+
 /// Scratch bytes that [`cut_by_proxies`] asks for.
 pub fn proxies_need(faces: usize, vertices: usize) -> usize {
-    let coarse = 2 * PROXY_FACES[0];
+    let coarse = most_of(faces);
     let kept = 2 * bytes_for::<Collapse>(vertices) + 2 * 800 * coarse;
     let flags = bytes_for::<u8>(3 * faces) + bytes_for::<f64>(3 * faces);
     let full = bytes_for::<[u32; 3]>(faces) + bytes_for::<u32>(vertices) + decimate_need(vertices, faces) + flags;
@@ -65,10 +76,14 @@ struct Proxy<'p> {
 }
 
 impl<'p> Proxy<'p> {
-    /// Decimates `fine` to `target` faces; nothing where that many are not reached.
-    fn new(fine: &Surface, target: usize, keep: &mut Scratch<'p>) -> Result<Option<Self>, ScratchTooSmall> {
+    /// Decimates `fine` to `target` faces; nothing where it ends with more than `most`.
+    fn new(
+        fine: &Surface,
+        target: usize,
+        most: usize,
+        keep: &mut Scratch<'p>,
+    ) -> Result<Option<Self>, ScratchTooSmall> {
         let (n, count) = (fine.mesh.positions.len(), fine.mesh.faces.len());
-        let most = 2 * target;
         let history = keep.take::<Collapse>(n)?;
         // The coarse mesh is copied out of full-size memory, which is then free again.
         let faces = keep.take::<[u32; 3]>(most)?;
@@ -155,17 +170,18 @@ struct ProxyJob<'j, 'p> {
     result: Result<(), SeamError>,
 }
 
-/// Searches on both meshes side by side.
-fn search_both(
-    proxies: [&mut Proxy; 2],
+/// Searches on all meshes side by side.
+fn search_all(
+    proxies: &mut [Proxy],
     budget: Budget,
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<(), SeamError> {
-    let mut jobs = heapless::Vec::<ProxyJob, 2>::new();
-    for (left, proxy) in [2, 1].into_iter().zip(proxies) {
-        let half = scratch.split(scratch.remaining() / left)?;
-        jobs.push(ProxyJob { proxy, scratch: Some(half), result: Ok(()) }).ok();
+    let mut jobs = heapless::Vec::<ProxyJob, PROXIES>::new();
+    let count = proxies.len();
+    for (i, proxy) in proxies.iter_mut().enumerate() {
+        let part = scratch.split(scratch.remaining() / (count - i))?;
+        jobs.put(ProxyJob { proxy, scratch: Some(part), result: Ok(()) });
     }
     for_each_chunk(workers, &mut jobs, 1, &|_, job| {
         let ProxyJob { proxy: Proxy { surface, uv, cut, .. }, scratch, result } = &mut job[0];
@@ -189,22 +205,28 @@ pub fn cut_by_proxies(
     if !proceed() {
         return Err(SeamError::Stopped);
     }
-    let Some(mut one) = Proxy::new(surface, PROXY_FACES[0], &mut scratch)? else { return Ok(false) };
-    let Some(mut other) = Proxy::new(&one.surface, PROXY_FACES[1], &mut scratch)? else { return Ok(false) };
+    let most = most_of(surface.mesh.faces.len());
+    let Some(one) = Proxy::new(surface, PROXY_FACES[0], most, &mut scratch)? else { return Ok(false) };
+    let other = Proxy::new(&one.surface, PROXY_FACES[1], 2 * PROXY_FACES[1], &mut scratch)?;
+    let mut proxies = heapless::Vec::<Proxy, PROXIES>::new();
+    proxies.put(one);
+    other.into_iter().for_each(|other| proxies.put(other));
     let budget = Budget { distortion: 1.0 + SLACK * (budget.distortion - 1.0), ..budget };
-    search_both([&mut one, &mut other], budget, scratch.frame(), workers)?;
+    search_all(&mut proxies, budget, scratch.frame(), workers)?;
     if !proceed() {
         return Err(SeamError::Stopped);
     }
-    let prices = [one.price(budget.distortion, scratch.frame())?, other.price(budget.distortion, scratch.frame())?];
+    let Some((one, others)) = proxies.split_first() else { return Ok(false) };
+    let price = one.price(budget.distortion, scratch.frame())?;
     let between = scratch.take::<u8>(one.cut.len())?;
-    let coarse_cut = if prices[1] < prices[0] {
-        let carried =
-            transfer(between, &one.surface, &other.surface, other.cut, other.history, SLIDES, scratch.frame())?;
-        if carried.is_faithful() { &*between } else { &*one.cut }
-    } else {
-        &*one.cut
-    };
+    let mut coarse_cut = &*one.cut;
+    if let Some(other) = others.first()
+        && other.price(budget.distortion, scratch.frame())? < price
+        && transfer(between, &one.surface, &other.surface, other.cut, other.history, SLIDES, scratch.frame())?
+            .is_faithful()
+    {
+        coarse_cut = between;
+    }
     let carried = transfer(cut, surface, &one.surface, coarse_cut, one.history, SLIDES, scratch.frame())?;
     if !carried.is_faithful() {
         return Ok(false);
