@@ -7,6 +7,7 @@
 //! - [`charts`]: a surface with cuts, and work on its charts; [`first`]: the least cuts and first maps; [`carry`]: cuts of a
 //!   coarse mesh carried over; [`search`]: seams; [`pack`]: charts into the square; [`finish`]: onto the grid
 //! - [`learn`]: maps learned of one mesh; [`judge`]: figures of any map
+//! - [`transfer`]: the atlas of one mesh on another mesh of the same shape
 //! - [`pipeline`]: joins the stages
 //!
 //! A pyramid on a square, unwrapped in memory that the caller owns:
@@ -57,3 +58,4 @@ pub mod price;
 pub mod rays;
 pub mod search;
 pub mod solve;
+pub mod transfer;

@@ -7,6 +7,7 @@ use super::demo::DemoArgs;
 use super::measure::MeasureArgs;
 use super::render::RenderArgs;
 use super::segment::SegmentArgs;
+use super::transfer::TransferArgs;
 use super::unwrap::UnwrapArgs;
 use clap::{Parser, Subcommand};
 
@@ -33,6 +34,8 @@ pub enum Command {
     Batch(BatchArgs),
     /// Evaluate saved maps on a mesh, without training
     Apply(ApplyArgs),
+    /// Put the atlas of a mesh on another mesh of the same shape, so that one texture serves both
+    Transfer(TransferArgs),
     /// Find the parts of a mesh and write a label for each face
     Segment(SegmentArgs),
     /// Print the figures of UV-mapped files, whatever tool made them

@@ -17,5 +17,6 @@ pub mod render;
 pub mod run;
 pub mod segment;
 pub mod settings;
+pub mod transfer;
 pub mod unwrap;
 pub mod writing;

@@ -7,6 +7,7 @@ mod demo;
 mod measure;
 mod render;
 mod segment;
+mod transfer;
 mod unwrap;
 
 use crate::args::line::Command;
@@ -17,6 +18,7 @@ pub fn run(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Unwrap(args) => unwrap::unwrap(args),
         Command::Apply(args) => apply::apply(args),
+        Command::Transfer(args) => transfer::transfer(args),
         Command::Segment(args) => segment::segment(args),
         Command::Measure(args) => measure::measure(args),
         Command::Render(args) => render::render(args),

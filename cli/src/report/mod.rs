@@ -1,6 +1,7 @@
 //! The JSON report of a run.
 //!
 //! - [`document`]: the whole
+//! - [`transfer`]: the whole of a run that carried an atlas over
 //! - [`asked`], [`result`], [`learning`], [`parts`]: its chapters
 
 pub mod asked;
@@ -9,3 +10,4 @@ pub mod failed;
 pub mod learning;
 pub mod parts;
 pub mod result;
+pub mod transfer;

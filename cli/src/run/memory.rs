@@ -5,24 +5,45 @@
 
 use crate::base::failure::Failure;
 use core::sync::atomic::{AtomicBool, Ordering};
+use seamwright_core::base::scratch::ScratchTooSmall;
 use seamwright_core::pipeline::UnwrapError;
+use seamwright_core::transfer::report::TransferError;
 
 /// Runs `work` with `need` bytes, and with twice as many as often as it asks for more. The error is that there are no
 /// more; what else `work` says is handed on, as is a request that more memory does not change.
-pub(super) fn with_enough<T>(
+pub(super) fn with_enough<T, E: Short>(
     mut need: usize,
-    mut work: impl FnMut(&mut [u8]) -> Result<T, UnwrapError>,
-) -> Result<Result<T, UnwrapError>, Failure> {
+    mut work: impl FnMut(&mut [u8]) -> Result<T, E>,
+) -> Result<Result<T, E>, Failure> {
     let mut last = None;
     loop {
-        match work(&mut memory(need)?) {
-            Err(UnwrapError::Scratch(e)) if e.need > e.given && last != Some(e) => {
+        let result = work(&mut memory(need)?);
+        match result.as_ref().err().and_then(Short::short) {
+            Some(e) if e.need > e.given && last != Some(e) => {
                 last = Some(e);
                 // The request is one slice of many, so it says the least that is missing, not all of it.
                 need = need.saturating_mul(2).max(need.saturating_add(e.need - e.given));
             }
-            result => return Ok(result),
+            _ => return Ok(result),
         }
+    }
+}
+
+/// An error that may be a want of memory.
+pub(super) trait Short {
+    /// The memory that was missing.
+    fn short(&self) -> Option<ScratchTooSmall>;
+}
+
+impl Short for UnwrapError {
+    fn short(&self) -> Option<ScratchTooSmall> {
+        if let UnwrapError::Scratch(e) = self { Some(*e) } else { None }
+    }
+}
+
+impl Short for TransferError {
+    fn short(&self) -> Option<ScratchTooSmall> {
+        if let TransferError::Scratch(e) = self { Some(*e) } else { None }
     }
 }
 
@@ -51,7 +72,6 @@ fn memory(need: usize) -> Result<Box<[u8]>, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use seamwright_core::base::scratch::ScratchTooSmall;
 
     #[test]
     fn memory_that_nobody_has_is_an_error() {

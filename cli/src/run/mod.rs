@@ -1,6 +1,6 @@
 //! Core's pipeline with the memory, threads, ray hierarchy and progress that a desktop has.
 //!
-//! - [`atlas`], [`parts`]: what core makes of a loaded mesh
+//! - [`atlas`], [`parts`], [`transferred`]: what core makes of a loaded mesh
 //! - `memory`, [`threads`], [`hierarchy`]: what it works with
 //! - [`progress`], [`stop`], `errors`: what the user sees of it, says to it and hears of its failures
 
@@ -12,3 +12,4 @@ pub mod parts;
 pub mod progress;
 pub mod stop;
 pub mod threads;
+pub mod transferred;

@@ -1,0 +1,169 @@
+//! `seamwright transfer`: the atlas of one mesh on another mesh of the same shape.
+
+use crate::args::transfer::TransferArgs;
+use crate::base::failure::Failure;
+use crate::files::drafts::{self, Drafts};
+use crate::files::paths::{is_stdout, same_file};
+use crate::formats::format::Format;
+use crate::formats::loaded::{Loaded, open};
+use crate::formats::reading::Reading;
+use crate::formats::target::{Mapping, Target};
+use crate::jobs::target::target;
+use crate::picture::drawing::Drawing;
+use crate::report::asked::InputReport;
+use crate::report::document::StageReport;
+use crate::report::transfer::{CarriedReport, warnings};
+use crate::run::progress::{Reporter, Show};
+use crate::run::stop::stop_requested;
+use crate::run::threads::Pool;
+use crate::run::transferred::{CarriedAtlas, make};
+use seamwright_core::transfer::report::TransferReport;
+use std::io::stdout;
+use std::path::Path;
+use std::time::Instant;
+
+/// Runs `seamwright transfer`.
+pub fn transfer(args: &TransferArgs) -> Result<(), Failure> {
+    let start = Instant::now();
+    let target = target(&args.writing, &args.mesh)?;
+    check_paths(args)?;
+    let stream = args.writing.format.as_deref().and_then(Format::named);
+    let reading = Reading { uv_set: target.uv_set, copies: !target.format.has_instances() };
+    let source = open(&args.source, stream, reading)?;
+    let mesh = open(&args.mesh, stream, reading)?;
+    let mut reporter = Reporter::new(Show::fitting(args.run.quiet));
+    let pool = Pool::new(args.run.threads.map(usize::from))
+        .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
+    let named = |loaded: &Loaded, all: &[String]| -> Vec<String> {
+        all.iter().map(|w| format!("{}: {w}", loaded.path.display())).collect()
+    };
+    let mut told = named(&source, source.warnings());
+    told.extend(named(&mesh, mesh.warnings()));
+    told.extend(named(&mesh, &mesh.check(&target)?));
+    let atlas = pool.enter(|| make(&source, &mesh, args.size, &pool, &mut reporter))?;
+    told.extend(warnings(&source, &mesh, &atlas.report));
+    let stages = reporter.finish().iter().map(StageReport::from).collect();
+    let mut drafts = Drafts::new();
+    told.extend(named(&mesh, &add_mesh(&mut drafts, &mesh, &target, &atlas)?));
+    told.iter().for_each(|w| reporter.say(&format!("warning: {w}")));
+    if let Some(path) = &args.sheet {
+        let picture = draw(&mesh, &atlas, &pool);
+        drafts.add("--sheet", path, |out| out.write_all(&picture))?;
+    }
+    let report = CarriedReport {
+        version: env!("CARGO_PKG_VERSION"),
+        source: InputReport::new(&source),
+        input: InputReport::new(&mesh),
+        output: target.path.display().to_string(),
+        size: args.size,
+        result: (&atlas.report).into(),
+        stages,
+        seconds: start.elapsed().as_secs_f64(),
+        warnings: told,
+    };
+    publish(drafts, args.json.as_deref(), &report)?;
+    let done = &report.result;
+    reporter.say(&format!(
+        "{}: {} charts, {:.1} % of the surface within two texels, {} faces moved, {:.2} s",
+        report.output,
+        done.charts,
+        100.0 * done.within_two_texels,
+        done.moved_faces,
+        report.seconds
+    ));
+    missed(&args.mesh, &atlas.report).map_or(Ok(()), |text| Err(Failure::Unreached(text)))
+}
+
+/// No output may fall on another, nor one but the mesh's on an input.
+fn check_paths(args: &TransferArgs) -> Result<(), Failure> {
+    let out = args.writing.output.as_path();
+    let json = args.json.as_deref().filter(|path| !is_stdout(path));
+    if args.source.as_os_str() == "-" && args.mesh.as_os_str() == "-" {
+        return Err(Failure::Usage("-: standard input holds one mesh; name a file for the other".into()));
+    }
+    if args.json.as_deref().is_some_and(is_stdout) && is_stdout(out) {
+        return Err(Failure::Usage("--json -: standard output takes the mesh already; name a file".into()));
+    }
+    let source = ("the mesh with the atlas", Some(args.source.as_path()));
+    let mesh = ("the mesh", Some(args.mesh.as_path()));
+    let sheet = args.sheet.as_deref();
+    let clashes = [
+        ("-o", Some(out), source),
+        ("--sheet", sheet, source),
+        ("--sheet", sheet, mesh),
+        ("--sheet", sheet, ("-o", Some(out))),
+        ("--json", json, source),
+        ("--json", json, mesh),
+        ("--json", json, ("-o", Some(out))),
+        ("--json", json, ("--sheet", sheet)),
+    ];
+    for (flag, path, (other, place)) in clashes {
+        if let (Some(path), Some(place)) = (path, place)
+            && same_file(path, place)
+        {
+            let text = format!("{flag} {}: the same file as {other}; choose another", path.display());
+            return Err(Failure::Usage(text));
+        }
+    }
+    if let Some(path) = sheet.filter(|path| !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))) {
+        return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", path.display())));
+    }
+    let outputs = [("-o", Some(out)), ("--sheet", sheet), ("--json", json)];
+    outputs.into_iter().try_for_each(|(flag, path)| path.map_or(Ok(()), |path| drafts::check(flag, path)))
+}
+
+/// Writes the mesh with its UVs; gives what to tell of that.
+fn add_mesh(drafts: &mut Drafts, mesh: &Loaded, target: &Target, atlas: &CarriedAtlas) -> Result<Vec<String>, Failure> {
+    let files = mesh.files(target, Mapping { corner_uv: &atlas.corner_uv, groups: None })?;
+    if let Some((path, _)) = files.beside.first().filter(|_| target.is_stream()) {
+        let text = format!("it needs {} beside it; name a file, or take --format glb", path.display());
+        return Err(Failure::Usage(format!("-o -: {text}")));
+    }
+    for (path, bytes) in &files.beside {
+        drafts.add_below("-o", path, |out| out.write_all(bytes))?;
+    }
+    drafts.add("-o", &target.path, files.main)?;
+    Ok(files.warnings)
+}
+
+fn draw(mesh: &Loaded, atlas: &CarriedAtlas, pool: &Pool) -> Vec<u8> {
+    let drawing = Drawing {
+        title: format!("{}  {:.3} within two texels", mesh.name(), atlas.report.within_two_texels),
+        mesh: mesh.mesh(),
+        corner_uv: &atlas.corner_uv,
+        polygon_chart: Some(&atlas.polygon_chart),
+        exposure: None,
+    };
+    drawing.png(pool)
+}
+
+/// Puts the outputs in place, the report last.
+fn publish(mut drafts: Drafts, json: Option<&Path>, report: &CarriedReport) -> Result<(), Failure> {
+    match json {
+        Some(path) if !is_stdout(path) => drafts.add("--json", path, |out| report.write(out))?,
+        _ => {}
+    }
+    if stop_requested() {
+        return Err(Failure::Stopped);
+    }
+    drafts.publish()?;
+    match json {
+        Some(path) if is_stdout(path) => {
+            report.write(&mut stdout().lock()).map_err(|e| Failure::output("--json", path, &e))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What to say where the atlas breaks a rule that the source's keeps. It is written all the same.
+fn missed(mesh: &Path, done: &TransferReport) -> Option<String> {
+    let is_bad = done.flipped > 0 || done.overlapping > done.source_overlapping;
+    is_bad.then(|| {
+        format!(
+            "{}: the atlas is written, but {} faces are flipped and {} overlap; they are larger than the charts leave room for",
+            mesh.display(),
+            done.flipped,
+            done.overlapping
+        )
+    })
+}

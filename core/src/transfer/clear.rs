@@ -1,0 +1,178 @@
+//! The map onto the grid, without flips and overlaps: what lies on something else yields, a little more each time.
+//!
+//! Faces that were carried on beyond their chart's border come back to it in steps; where that is not enough, and where nothing was
+//! carried on, nodes move towards the middle of their neighbours. After every step faces that are turned over are turned back,
+//! the map is rounded to the grid, and overlaps are looked for there exactly. Cost: a search for overlaps a round.
+
+use super::source::Source;
+use super::targets::Targets;
+use super::untangle::{Shapes, untangle, untangle_need};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::Workers;
+use crate::finish::snap::{straighten, straighten_need};
+use crate::mesh::view::NONE;
+use crate::plane::grid::{GRID_BITS, GridPoint, GridTriangle, doubled_area};
+use crate::plane::overlap::{overlaps, overlaps_need};
+use glam::DVec2;
+
+/// Rounds at the most.
+const ROUNDS: usize = 40;
+/// How much of what lies beyond the border is left after so many steps.
+const LEFT: [f64; 4] = [1.0, 0.6, 0.3, 0.0];
+/// How far a node goes towards the middle of its neighbours in each step after those, and at the most.
+const INWARDS: f64 = 0.1;
+const FARTHEST: f64 = 0.9;
+
+/// What the map is of.
+#[derive(Clone, Copy)]
+pub struct Atlas<'s> {
+    /// The faces.
+    pub shapes: Shapes<'s>,
+    /// Chart of the source that each face belongs to.
+    pub chart: &'s dyn Fn(usize) -> u32,
+    /// The source.
+    pub source: &'s Source<'s>,
+    /// Whether the map stays in the unit square.
+    pub in_square: bool,
+}
+
+/// What was reached.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Cleared {
+    /// Faces that are turned over or without area on the grid.
+    pub flipped: usize,
+    /// Faces that overlap another on the grid.
+    pub overlapping: usize,
+    /// Rounds that it took.
+    pub rounds: usize,
+}
+
+/// Bytes that [`clear`] takes.
+pub const fn clear_need(nodes: usize, faces: usize) -> usize {
+    bytes_for::<u8>(nodes)
+        .saturating_add(bytes_for::<DVec2>(nodes).saturating_mul(3))
+        .saturating_add(bytes_for::<f64>(nodes))
+        .saturating_add(bytes_for::<u32>(faces))
+        .saturating_add(bytes_for::<GridTriangle>(faces))
+        .saturating_add(untangle_need(nodes, faces))
+        .saturating_add(straighten_need(nodes, faces))
+        .saturating_add(overlaps_need(faces))
+}
+
+/// Writes the map (`x`, as seen; `grid`, as it is written) of the nodes from their targets.
+pub fn clear(
+    x: &mut [DVec2],
+    grid: &mut [GridPoint],
+    targets: &Targets,
+    atlas: &Atlas,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<Cleared, ScratchTooSmall> {
+    let (nodes, faces) = (x.len(), atlas.shapes.node.len());
+    let level = scratch.take::<u8>(nodes)?;
+    let middle = scratch.take::<DVec2>(nodes)?;
+    middles(middle, targets.fitted, atlas.shapes.node, scratch.frame())?;
+    let partner = scratch.take::<u32>(faces)?;
+    let triangles = scratch.take::<GridTriangle>(faces)?;
+    let mut done = Cleared::default();
+    for round in 0..ROUNDS {
+        done.rounds = round;
+        for (n, x) in x.iter_mut().enumerate() {
+            *x = place(targets.inner[n], targets.fitted[n], middle[n], level[n]);
+        }
+        untangle(x, &atlas.shapes, scratch.frame())?;
+        done.flipped = onto_grid(x, grid, atlas, scratch.frame())?;
+        for (f, t) in triangles.iter_mut().enumerate() {
+            *t = atlas.shapes.node[f].map(|n| written(grid[n as usize], atlas, f));
+        }
+        done.overlapping = overlaps(partner, triangles, scratch.frame(), workers)?;
+        let mut outside = false;
+        if atlas.in_square {
+            for (t, nodes) in triangles.iter().zip(atlas.shapes.node) {
+                for (_, n) in t.iter().zip(nodes).filter(|(p, _)| !is_inside(**p)) {
+                    yield_at(level, *n, targets);
+                    outside = true;
+                }
+            }
+        }
+        if done.overlapping == 0 && !outside {
+            break;
+        }
+        step_back(level, partner, atlas.shapes.node, targets);
+    }
+    Ok(done)
+}
+
+/// Middle of the neighbours of each node.
+fn middles(middle: &mut [DVec2], x: &[DVec2], node: &[[u32; 3]], mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    let count = scratch.take::<f64>(x.len())?;
+    for nodes in node {
+        for i in 0..3 {
+            let n = nodes[i] as usize;
+            middle[n] += x[nodes[(i + 1) % 3] as usize] + x[nodes[(i + 2) % 3] as usize];
+            count[n] += 2.0;
+        }
+    }
+    middle.iter_mut().zip(count.iter()).for_each(|(m, c)| *m /= c.max(1.0));
+    Ok(())
+}
+
+/// Where a node is after `level` steps back.
+fn place(inner: DVec2, fitted: DVec2, middle: DVec2, level: u8) -> DVec2 {
+    let step = level as usize;
+    let base = if step == 0 { fitted } else { inner.lerp(fitted, LEFT[step.min(LEFT.len() - 1)]) };
+    let more = step.saturating_sub(LEFT.len() - 1) as f64;
+    base.lerp(middle, (INWARDS * more).min(FARTHEST))
+}
+
+/// Whether a node was carried on beyond its chart's border by more than a grid step.
+fn is_beyond(n: usize, targets: &Targets) -> bool {
+    targets.inner[n].distance_squared(targets.fitted[n]) > 1e-13
+}
+
+fn yield_at(level: &mut [u8], n: u32, targets: &Targets) {
+    let own = &mut level[n as usize];
+    let last = LEFT.len() as u8 - 1;
+    *own = if *own < last && !is_beyond(n as usize, targets) { last + 1 } else { own.saturating_add(1) };
+}
+
+/// One step back for the nodes of faces that overlap: for those beyond the border, or where there is none left for all.
+fn step_back(level: &mut [u8], partner: &[u32], node: &[[u32; 3]], targets: &Targets) {
+    let last = LEFT.len() as u8 - 1;
+    for (f, p) in partner.iter().enumerate().filter(|(_, p)| **p != NONE) {
+        let both = || node[f].into_iter().chain(node[*p as usize]);
+        let may_yield = |level: &[u8], n: u32| is_beyond(n as usize, targets) && level[n as usize] < last;
+        if both().any(|n| may_yield(level, n)) {
+            for n in both() {
+                if may_yield(level, n) {
+                    yield_at(level, n, targets);
+                }
+            }
+        } else if (*p as usize) > f || partner[*p as usize] != f as u32 {
+            both().for_each(|n| yield_at(level, n, targets));
+        }
+    }
+}
+
+/// Rounds the map to the grid, still as seen; returns how many faces have no positive area there.
+fn onto_grid(x: &[DVec2], grid: &mut [GridPoint], atlas: &Atlas, scratch: Scratch) -> Result<usize, ScratchTooSmall> {
+    grid.iter_mut().zip(x).for_each(|(g, x)| *g = GridPoint::snap(*x, GRID_BITS));
+    if atlas.in_square {
+        return straighten(grid, atlas.shapes.node, scratch);
+    }
+    let turned = |f: &&[u32; 3]| doubled_area(&f.map(|n| grid[n as usize])) <= 0;
+    Ok(atlas.shapes.node.iter().filter(turned).count())
+}
+
+/// A point of face `f` as it is written.
+pub fn written(p: GridPoint, atlas: &Atlas, f: usize) -> GridPoint {
+    match atlas.source.mirrored[(atlas.chart)(f) as usize] {
+        0 => p,
+        _ => GridPoint::new((1 << GRID_BITS) - p.x(), p.y()),
+    }
+}
+
+fn is_inside(p: GridPoint) -> bool {
+    let room = 0..=1 << GRID_BITS;
+    room.contains(&p.x()) && room.contains(&p.y())
+}

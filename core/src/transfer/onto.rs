@@ -1,0 +1,232 @@
+//! From a mesh with an atlas to the same atlas on another mesh of the same shape, the same place and any tessellation.
+//!
+//! Both are repaired as for unwrapping; the borders of the atlas become paths on the other mesh (`routes`), the regions between
+//! them its charts (`sheets`); nodes go where the atlas has them (`targets`) and yield where faces would turn over or overlap
+//! (`clear`). The packing is that of the source, to the texel: nothing is packed, turned or scaled.
+//! Guaranteed: UVs on a grid of 2^-24; what is left of flips and overlaps is counted exactly. The report's share is measured on
+//! the final UVs. Cost: O(n log n), and what the walks visit.
+
+use super::arcs::{Arcs, arcs_need};
+use super::clear::{Atlas, clear, clear_need, written};
+use super::closest::{ClosestTree, closest_tree_need};
+use super::report::{TransferError, TransferReport};
+use super::routes::{Ground, route, routes_need};
+use super::sheets::{Hit, Sheets, area, find_hits, majority, sheets_need};
+use super::source::{Source, Walking, source_need};
+use super::targets::{Targets, targets_need};
+use super::untangle::Shapes;
+use crate::base::progress::{Progress, Stage, tell};
+use crate::base::real::sqrt;
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::workers::Workers;
+use crate::charts::surface::{Surface, surface_need};
+use crate::finish::fill::{fill_dropped, fill_dropped_need};
+use crate::mesh::polygons::{Counts, Polygons};
+use crate::mesh::repair::{Facing, RepairError, repair, repair_need};
+use crate::mesh::view::{MeshView, NONE};
+use crate::mesh::working::Working;
+use crate::plane::grid::{GRID_BITS, GridPoint, GridTriangle};
+use crate::plane::overlap::{overlaps, overlaps_need};
+use crate::solve::energy::{MOLLIFY, Rest};
+use glam::{DVec2, DVec3};
+
+/// Mean distance of two surfaces, over the source's extent, from which they are not the same shape in the same place.
+const APART: f64 = 0.03;
+/// Texels that count as near, in the report.
+const NEAR: f64 = 2.0;
+
+/// Where the atlas is written.
+pub struct TransferOutput<'o> {
+    /// UV of each corner.
+    pub corner_uv: &'o mut [DVec2], // (c)
+    /// Chart of the source that each polygon belongs to, or `NONE`.
+    pub polygon_chart: &'o mut [u32], // (p)
+}
+
+/// Scratch bytes that [`transfer_atlas`] asks for: an estimate from above for meshes as they occur.
+pub fn transfer_atlas_need(source: &Counts, mesh: &Counts) -> usize {
+    let (a, b) = (source.triangles, mesh.triangles);
+    let of_source = repair_need(source)
+        .saturating_add(source_need(3 * a, a))
+        .saturating_add(bytes_for::<u32>(a).saturating_mul(3))
+        .saturating_add(arcs_need(3 * a, a))
+        .saturating_add(overlaps_need(a) + bytes_for::<GridTriangle>(a));
+    let nodes = (b + 64).max(mesh.vertices).min(3 * b) + b;
+    let state = bytes_for::<DVec2>(nodes).saturating_mul(2).saturating_add(bytes_for::<[u32; 3]>(b));
+    let work = routes_need(3 * b, 3 * a).max(sheets_need(b)).max(targets_need(b) + clear_need(nodes, b) + state);
+    let of_mesh = repair_need(mesh)
+        .saturating_add(surface_need(b, 3 * b))
+        .saturating_add(closest_tree_need(b))
+        .saturating_add(bytes_for::<Rest>(b) + bytes_for::<Hit>(b) + bytes_for::<DVec3>(3 * b))
+        .saturating_add(bytes_for::<u32>(b).saturating_mul(4))
+        .saturating_add(work);
+    of_source.saturating_add(of_mesh).saturating_add(fill_dropped_need(mesh)).saturating_add(1 << 14)
+}
+
+/// Writes the atlas of `source`, whose `kept_uv` it is, to the corners of `mesh`. `size` is the texture's side in texels, for the
+/// report.
+pub fn transfer_atlas(
+    output: TransferOutput,
+    source: &Polygons,
+    mesh: &Polygons,
+    size: u32,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    progress: &mut dyn Progress,
+) -> Result<TransferReport, TransferError> {
+    let counts = mesh.counts();
+    for (expected, given) in [(counts.corners, output.corner_uv.len()), (counts.polygons, output.polygon_chart.len())] {
+        if expected != given {
+            return Err(TransferError::Length { expected, given });
+        }
+    }
+    tell(progress, Stage::Repair, 0, 2)?;
+    let facing = Facing::Turned;
+    let (from, _) = repair(source, facing, &mut scratch).map_err(in_source)?;
+    let uv = source.kept_uv.unwrap_or(&[]);
+    let uv_of = |c: u32| uv.get(c as usize).copied().unwrap_or(DVec2::NAN);
+    if let Some(c) = from.corner_source.iter().position(|c| !uv_of(*c).is_finite()) {
+        return Err(TransferError::NoUv { polygon: from.polygon[c / 3] as usize });
+    }
+    let atlas = Source::new(&from, uv_of, &mut scratch)?;
+    tell(progress, Stage::Repair, 1, 2)?;
+    let (mut onto, _) = repair(mesh, facing, &mut scratch).map_err(in_mesh)?;
+    let positions = scratch.take::<DVec3>(onto.positions.len())?;
+    for (p, q) in positions.iter_mut().zip(onto.positions) {
+        *p = (*q * onto.extent + onto.centre - from.centre) / from.extent;
+    }
+    onto.positions = positions;
+    let mut report = TransferReport { source_charts: atlas.charts, extent: from.extent, ..TransferReport::default() };
+    report.source_flipped = atlas.flipped;
+    report.source_overlapping = overlapping(&atlas, scratch.frame(), workers)?;
+    let carried = Carried { from: &from, atlas: &atlas, onto: &onto, size };
+    carried.run(&mut report, output.corner_uv, output.polygon_chart, scratch.frame(), workers, progress)?;
+    fill_dropped(output.corner_uv, mesh, &onto, scratch)?;
+    tell(progress, Stage::Check, 1, 1)?;
+    Ok(report)
+}
+
+fn in_source(e: RepairError) -> TransferError {
+    match e {
+        RepairError::Scratch(e) => TransferError::Scratch(e),
+        e => TransferError::Source(e),
+    }
+}
+
+fn in_mesh(e: RepairError) -> TransferError {
+    match e {
+        RepairError::Scratch(e) => TransferError::Scratch(e),
+        e => TransferError::Mesh(e),
+    }
+}
+
+/// Faces of the source that overlap another.
+fn overlapping(atlas: &Source, mut scratch: Scratch, workers: &dyn Workers) -> Result<usize, ScratchTooSmall> {
+    let faces = atlas.chart.len();
+    let triangles = scratch.take::<GridTriangle>(faces)?;
+    for (f, t) in triangles.iter_mut().enumerate() {
+        *t = [0, 1, 2].map(|i| GridPoint::snap(atlas.seen(atlas.chart[f], atlas.uv[3 * f + i]), GRID_BITS));
+    }
+    overlaps(scratch.take::<u32>(faces)?, triangles, scratch, workers)
+}
+
+/// The two meshes.
+struct Carried<'c> {
+    from: &'c Working<'c>,
+    atlas: &'c Source<'c>,
+    onto: &'c Working<'c>,
+    size: u32,
+}
+
+impl Carried<'_> {
+    /// Writes UVs and charts of the working mesh's corners and polygons.
+    fn run(
+        &self,
+        report: &mut TransferReport,
+        corner_uv: &mut [DVec2],
+        polygon_chart: &mut [u32],
+        mut scratch: Scratch,
+        workers: &dyn Workers,
+        progress: &mut dyn Progress,
+    ) -> Result<(), TransferError> {
+        let Self { atlas, onto, .. } = *self;
+        let (mesh, faces) = (onto.mesh(), onto.faces.len());
+        tell(progress, Stage::Cut, 0, 1)?;
+        let hits = scratch.take::<Hit>(faces)?;
+        find_hits(hits, mesh, atlas, workers);
+        report.distance = mean_distance(mesh, hits) * self.from.extent;
+        if !(report.distance <= APART * self.from.extent) {
+            return Err(TransferError::Apart { distance: report.distance, extent: self.from.extent });
+        }
+        let surface = Surface::new(mesh, onto.twin, &[], &[], &mut scratch)?;
+        let cut = scratch.take::<u8>(onto.twin.len())?;
+        self.cut(cut, &surface, hits, scratch.frame())?;
+        tell(progress, Stage::Flatten, 0, 1)?;
+        let mut walking = Walking::new(atlas.chart.len(), &mut scratch)?;
+        let sheets = Sheets::new(&surface, cut, hits, atlas, &mut walking, &mut scratch)?;
+        let node = scratch.take::<[u32; 3]>(faces)?;
+        let nodes = surface.wedges(cut, node.as_flattened_mut());
+        let rest = scratch.take::<Rest>(faces)?;
+        for (r, f) in rest.iter_mut().zip(mesh.faces) {
+            *r = Rest::new(f.map(|v| mesh.positions[v as usize]), MOLLIFY);
+        }
+        let targets = Targets::new(nodes, node, mesh, &sheets, atlas, &mut walking, &mut scratch)?;
+        tell(progress, Stage::Check, 0, 1)?;
+        let x = scratch.take::<DVec2>(nodes)?;
+        let grid = scratch.take::<GridPoint>(nodes)?;
+        let chart = |f: usize| sheets.chart[sheets.region[f] as usize];
+        let scale = |f: usize| atlas.scale[chart(f) as usize];
+        let shapes = Shapes { node, rest, scale: &scale };
+        let whole = Atlas { shapes, chart: &chart, source: atlas, in_square: atlas.is_in_square() };
+        let cleared = clear(x, grid, &targets, &whole, scratch.frame(), workers)?;
+        (report.flipped, report.overlapping) = (cleared.flipped, cleared.overlapping);
+        let texels = NEAR / f64::from(self.size.max(1));
+        let far = |n: u32| x[n as usize].distance_squared(targets.fitted[n as usize]) > texels * texels;
+        report.moved = node.iter().filter(|nodes| nodes.iter().any(|n| far(*n))).count();
+        x.iter_mut().zip(grid.iter()).for_each(|(x, g)| *x = g.uv(GRID_BITS));
+        report.within_two_texels = targets.share_within(x, node, mesh, texels);
+        report.regions = sheets.chart.len();
+        let has = scratch.take::<u8>(atlas.charts)?;
+        sheets.chart.iter().for_each(|k| has[*k as usize] = 1);
+        report.charts = has.iter().filter(|h| **h != 0).count();
+        polygon_chart.fill(NONE);
+        for (f, nodes) in node.iter().enumerate() {
+            polygon_chart[onto.polygon[f] as usize] = chart(f);
+            for (i, n) in nodes.iter().enumerate() {
+                corner_uv[onto.corner_source[3 * f + i] as usize] = written(grid[*n as usize], &whole, f).uv(GRID_BITS);
+            }
+        }
+        Ok(())
+    }
+
+    /// Cuts the borders of the atlas into the mesh.
+    fn cut(
+        &self,
+        cut: &mut [u8],
+        surface: &Surface,
+        hits: &[Hit],
+        mut scratch: Scratch,
+    ) -> Result<(), ScratchTooSmall> {
+        let Self { from, atlas, onto, .. } = *self;
+        let of_component = scratch.take::<u32>(onto.component_count)?;
+        let hit_component = |f: usize| from.component[hits[f].face as usize];
+        majority(of_component, surface.mesh, |f| onto.component[f], hit_component, scratch.frame())?;
+        let component = scratch.take::<u32>(hits.len())?;
+        component.iter_mut().zip(onto.component).for_each(|(c, own)| *c = of_component[*own as usize]);
+        let tree = ClosestTree::new(surface.mesh, &mut scratch)?;
+        let arcs = Arcs::new(atlas, &mut scratch)?;
+        let ground = Ground { surface, fixed: onto.fixed, tree: &tree, component };
+        route(cut, &ground, atlas, from.component, &arcs, scratch)
+    }
+}
+
+/// Mean distance of the faces' middles, by area.
+fn mean_distance(mesh: MeshView, hits: &[Hit]) -> f64 {
+    let (mut sum, mut all) = (0.0, 0.0);
+    for (f, hit) in hits.iter().enumerate() {
+        let own = area(mesh, f);
+        sum += own * sqrt(hit.squared);
+        all += own;
+    }
+    if all > 0.0 { sum / all } else { f64::INFINITY }
+}
