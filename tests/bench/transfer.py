@@ -59,9 +59,7 @@ def texels_apart(a, b):
     slack = 1e-4 * np.linalg.norm(va.max(0) - va.min(0))
     point = np.repeat(np.arange(POINTS), [len(beside[h]) for h in hit])
     face = np.concatenate([beside[h] for h in hit])
-    d, close = np.empty(len(face)), np.empty((len(face), 3))
-    for i in range(len(face)):
-        d[i], close[i] = closest(x[point[i]], va[fa[face[i]]])
+    d, close = closest(x[point], va[fa[face]])
     ok = d <= np.sqrt(np.maximum(d2[point], 0)) + slack
     ua = (ta[fta[face]] * weights(va[fa[face]], close)[:, :, None]).sum(1)
     gap = np.where(ok, np.linalg.norm(ua - ub[point], axis=1), np.inf)
@@ -71,17 +69,19 @@ def texels_apart(a, b):
 
 
 def closest(p, q):
-    """Distance and closest point of a triangle: inside, or on one of its sides."""
-    w = weights(q[None], p[None])[0]
-    if (w >= 0).all():
-        c = w @ q
-        return np.linalg.norm(p - c), c
-    best = (np.inf, q[0])
+    """Distances and closest points of points p and triangles q: inside, or on one of their sides."""
+    w = weights(q, p)
+    inside = (w >= 0).all(1)
+    best = np.where(inside[:, None], (q * w[:, :, None]).sum(1), np.inf)
+    d = np.where(inside, np.linalg.norm(p - np.where(inside[:, None], best, p), axis=1), np.inf)
     for i in range(3):
-        s, e = q[i], q[(i + 1) % 3] - q[i]
-        c = s + e * np.clip((p - s) @ e / max(e @ e, 1e-300), 0, 1)
-        best = min(best, (np.linalg.norm(p - c), c), key=lambda b: b[0])
-    return best
+        s, e = q[:, i], q[:, (i + 1) % 3] - q[:, i]
+        t = np.clip(((p - s) * e).sum(1) / np.maximum((e * e).sum(1), 1e-300), 0, 1)
+        c = s + e * t[:, None]
+        own = np.linalg.norm(p - c, axis=1)
+        best = np.where((own < d)[:, None], c, best)
+        d = np.minimum(own, d)
+    return d, best
 
 
 def shares(gap):

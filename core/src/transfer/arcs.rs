@@ -1,11 +1,16 @@
 //! The borders of an atlas as arcs: runs of edges between branching points, free ends and the mesh's border.
 //!
-//! An arc that ends where it begins is parted in three, so that every arc has two ends and lies on one side of them.
+//! An arc whose ends are near each other for its length is parted in three, so that none is lost where a coarser mesh has one vertex
+//! for both ends.
 //! Cost: O(f).
 
 use super::source::Source;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
-use crate::mesh::view::NONE;
+use crate::charts::surface::Surface;
+use crate::mesh::view::{NONE, next};
+
+/// Distance of an arc's ends, over its length, from which it stays whole.
+const STRAIGHT: f64 = 0.2;
 
 /// All arcs.
 pub struct Arcs<'a> {
@@ -57,8 +62,7 @@ impl<'a> Arcs<'a> {
                         _ => break,
                     }
                 }
-                let is_loop = surface.mesh.vertex(first) == surface.far_end(at);
-                let parts = if is_loop { (len - begin).min(3) } else { 1 };
+                let parts = if is_bent(surface, &edges[begin..len]) { (len - begin).min(3) } else { 1 };
                 for part in 0..parts {
                     start[arcs] = (begin + (len - begin) * part / parts) as u32;
                     arcs += 1;
@@ -78,4 +82,11 @@ impl<'a> Arcs<'a> {
     pub fn edges(&self, arc: usize) -> &'a [u32] {
         &self.edges[self.start[arc] as usize..self.start[arc + 1] as usize]
     }
+}
+
+/// Whether an arc's ends are so near each other that they may be one vertex on a coarser mesh.
+fn is_bent(surface: &Surface, edges: &[u32]) -> bool {
+    let ends = [surface.mesh.position(edges[0]), surface.mesh.position(next(edges[edges.len() - 1]))];
+    let length: f64 = edges.iter().map(|c| surface.length(*c)).sum();
+    ends[0].distance_squared(ends[1]) < STRAIGHT * STRAIGHT * length * length
 }

@@ -22,7 +22,7 @@ use crate::mesh::working::DIAGONAL;
 use glam::DVec3;
 
 /// What an edge costs for its length, over its length times the mean edge's.
-const LENGTH: f64 = 0.02;
+const LENGTH: f64 = 1e-3;
 /// What a vertex costs that a path has already, over the mean edge's squared length.
 const MEETING: f64 = 30.0;
 

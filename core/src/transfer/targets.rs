@@ -2,7 +2,7 @@
 //!
 //! Every face asks the atlas about its corners and about [`SAMPLES`] points inside. Nodes then move to the least squares of
 //!     sum over samples of area |x(sample) - uv(sample)|^2 + HOLD sum over nodes of area |x - uv(node)|^2,
-//! by damped Jacobi sweeps, whose matrix is the well-conditioned one of masses. Samples beyond the chart's border do not count, so
+//! by sweeps that divide by lumped masses: the matrix is well-conditioned. Samples beyond the chart's border do not count, so
 //! that a face which crosses the border is carried on straight. Where the mesh's vertices lie on the atlas and its edges cross
 //! none of the atlas' edges, nothing moves. Cost: O(f) and the walks.
 
@@ -21,9 +21,9 @@ const INSIDE: [[f64; 3]; SAMPLES] =
     [[0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8], [0.45, 0.45, 0.1], [0.45, 0.1, 0.45], [0.1, 0.45, 0.45]];
 /// Weight of a node's own place over that of its samples.
 const HOLD: f64 = 0.05;
-/// Sweeps, and how far each goes.
+/// Sweeps, and how far each goes: below 2 they converge, since a row of the matrix sums to what it is divided by.
 const SWEEPS: usize = 30;
-const DAMPING: f64 = 0.7;
+const STEP: f64 = 1.2;
 /// Distance of a sample from where its corners say it is, over the longest side of its face in UV, beyond which one of the two is wrong.
 const WILD: f64 = 0.25;
 
@@ -111,7 +111,7 @@ impl<'a> Targets<'a> {
                 if sample.uv.distance_squared(mixed(x, weights)) > WILD * WILD * longest {
                     sample.weight = 0.0;
                 }
-                (0..3).for_each(|i| mass[face[i] as usize] += sample.weight * weights[i] * weights[i]);
+                (0..3).for_each(|i| mass[face[i] as usize] += sample.weight * weights[i]);
             }
         }
         let hold = scratch.take::<f64>(nodes)?;
@@ -129,7 +129,7 @@ impl<'a> Targets<'a> {
                 }
             }
             for (n, x) in self.fitted.iter_mut().enumerate() {
-                *x += force[n] * (DAMPING / (mass[n] + hold[n]));
+                *x += force[n] * (STEP / (mass[n] + hold[n]));
             }
         }
         Ok(())
