@@ -11,14 +11,14 @@ use seamwright_core::transfer::report::TransferError;
 
 /// Runs `work` with `need` bytes, and with twice as many as often as it asks for more. The error is that there are no
 /// more; what else `work` says is handed on, as is a request that more memory does not change.
-pub(super) fn with_enough<T, E: Short>(
+pub(super) fn with_enough<T, E: Lacking>(
     mut need: usize,
     mut work: impl FnMut(&mut [u8]) -> Result<T, E>,
 ) -> Result<Result<T, E>, Failure> {
     let mut last = None;
     loop {
         let result = work(&mut memory(need)?);
-        match result.as_ref().err().and_then(Short::short) {
+        match result.as_ref().err().and_then(Lacking::lacks) {
             Some(e) if e.need > e.given && last != Some(e) => {
                 last = Some(e);
                 // The request is one slice of many, so it says the least that is missing, not all of it.
@@ -30,19 +30,19 @@ pub(super) fn with_enough<T, E: Short>(
 }
 
 /// An error that may be a want of memory.
-pub(super) trait Short {
+pub(super) trait Lacking {
     /// The memory that was missing.
-    fn short(&self) -> Option<ScratchTooSmall>;
+    fn lacks(&self) -> Option<ScratchTooSmall>;
 }
 
-impl Short for UnwrapError {
-    fn short(&self) -> Option<ScratchTooSmall> {
+impl Lacking for UnwrapError {
+    fn lacks(&self) -> Option<ScratchTooSmall> {
         if let UnwrapError::Scratch(e) = self { Some(*e) } else { None }
     }
 }
 
-impl Short for TransferError {
-    fn short(&self) -> Option<ScratchTooSmall> {
+impl Lacking for TransferError {
+    fn lacks(&self) -> Option<ScratchTooSmall> {
         if let TransferError::Scratch(e) = self { Some(*e) } else { None }
     }
 }

@@ -4,7 +4,7 @@
 //! for both ends.
 //! Cost: O(f).
 
-use super::source::Source;
+use super::source::SourceAtlas;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::charts::surface::Surface;
 use crate::mesh::view::{NONE, next};
@@ -29,7 +29,7 @@ pub const fn arcs_need(vertices: usize, faces: usize) -> usize {
 
 impl<'a> Arcs<'a> {
     /// Lists the arcs of an atlas.
-    pub fn new(source: &Source, keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
+    pub fn new(source: &SourceAtlas, keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
         let (surface, cut) = (&source.surface, source.cut);
         let is_seam = |c: u32| cut[c as usize] != 0 && surface.twin[c as usize] != NONE;
         let edges = keep.take::<u32>(cut.len())?;

@@ -4,7 +4,7 @@
 //! carried on, nodes move towards the middle of their neighbours. After every step faces that are turned over are turned back,
 //! the map is rounded to the grid, and overlaps are looked for there exactly. Cost: a search for overlaps a round.
 
-use super::source::Source;
+use super::source::SourceAtlas;
 use super::targets::Targets;
 use super::untangle::{Shapes, untangle, untangle_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -25,13 +25,13 @@ const FARTHEST: f64 = 0.9;
 
 /// What the map is of.
 #[derive(Clone, Copy)]
-pub struct Atlas<'s> {
+pub struct CarriedMap<'s> {
     /// The faces.
     pub shapes: Shapes<'s>,
     /// Chart of the source that each face belongs to.
     pub chart: &'s dyn Fn(usize) -> u32,
     /// The source.
-    pub source: &'s Source<'s>,
+    pub source: &'s SourceAtlas<'s>,
     /// Whether the map stays in the unit square.
     pub in_square: bool,
 }
@@ -64,7 +64,7 @@ pub fn clear(
     x: &mut [DVec2],
     grid: &mut [GridPoint],
     targets: &Targets,
-    atlas: &Atlas,
+    atlas: &CarriedMap,
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<Cleared, ScratchTooSmall> {
@@ -155,7 +155,12 @@ fn step_back(level: &mut [u8], partner: &[u32], node: &[[u32; 3]], targets: &Tar
 }
 
 /// Rounds the map to the grid, still as seen; returns how many faces have no positive area there.
-fn onto_grid(x: &[DVec2], grid: &mut [GridPoint], atlas: &Atlas, scratch: Scratch) -> Result<usize, ScratchTooSmall> {
+fn onto_grid(
+    x: &[DVec2],
+    grid: &mut [GridPoint],
+    atlas: &CarriedMap,
+    scratch: Scratch,
+) -> Result<usize, ScratchTooSmall> {
     grid.iter_mut().zip(x).for_each(|(g, x)| *g = GridPoint::snap(*x, GRID_BITS));
     if atlas.in_square {
         return straighten(grid, atlas.shapes.node, scratch);
@@ -165,7 +170,7 @@ fn onto_grid(x: &[DVec2], grid: &mut [GridPoint], atlas: &Atlas, scratch: Scratc
 }
 
 /// A point of face `f` as it is written.
-pub fn written(p: GridPoint, atlas: &Atlas, f: usize) -> GridPoint {
+pub fn written(p: GridPoint, atlas: &CarriedMap, f: usize) -> GridPoint {
     match atlas.source.mirrored[(atlas.chart)(f) as usize] {
         0 => p,
         _ => GridPoint::new((1 << GRID_BITS) - p.x(), p.y()),

@@ -7,12 +7,12 @@
 //! the final UVs. Cost: O(n log n), and what the walks visit.
 
 use super::arcs::{Arcs, arcs_need};
-use super::clear::{Atlas, clear, clear_need, written};
+use super::clear::{CarriedMap, clear, clear_need, written};
 use super::closest::{ClosestTree, closest_tree_need};
 use super::report::{TransferError, TransferReport};
 use super::routes::{Ground, route, routes_need};
-use super::sheets::{Hit, Sheets, area, find_hits, majority, sheets_need};
-use super::source::{Source, Walking, source_need};
+use super::sheets::{NearestFace, Sheets, area, find_hits, majority, sheets_need};
+use super::source::{SourceAtlas, Walking, source_need};
 use super::targets::{Targets, targets_need};
 use super::untangle::Shapes;
 use crate::base::progress::{Progress, Stage, tell};
@@ -57,7 +57,7 @@ pub fn transfer_atlas_need(source: &Counts, mesh: &Counts) -> usize {
     let of_mesh = repair_need(mesh)
         .saturating_add(surface_need(b, 3 * b))
         .saturating_add(closest_tree_need(b))
-        .saturating_add(bytes_for::<Rest>(b) + bytes_for::<Hit>(b) + bytes_for::<DVec3>(3 * b))
+        .saturating_add(bytes_for::<Rest>(b) + bytes_for::<NearestFace>(b) + bytes_for::<DVec3>(3 * b))
         .saturating_add(bytes_for::<u32>(b).saturating_mul(4))
         .saturating_add(work);
     of_source.saturating_add(of_mesh).saturating_add(fill_dropped_need(mesh)).saturating_add(1 << 14)
@@ -88,7 +88,7 @@ pub fn transfer_atlas(
     if let Some(c) = from.corner_source.iter().position(|c| !uv_of(*c).is_finite()) {
         return Err(TransferError::NoUv { polygon: from.polygon[c / 3] as usize });
     }
-    let atlas = Source::new(&from, uv_of, &mut scratch)?;
+    let atlas = SourceAtlas::new(&from, uv_of, &mut scratch)?;
     tell(progress, Stage::Repair, 1, 2)?;
     let (mut onto, _) = repair(mesh, facing, &mut scratch).map_err(in_mesh)?;
     let positions = scratch.take::<DVec3>(onto.positions.len())?;
@@ -121,7 +121,7 @@ fn in_mesh(e: RepairError) -> TransferError {
 }
 
 /// Faces of the source that overlap another.
-fn overlapping(atlas: &Source, mut scratch: Scratch, workers: &dyn Workers) -> Result<usize, ScratchTooSmall> {
+fn overlapping(atlas: &SourceAtlas, mut scratch: Scratch, workers: &dyn Workers) -> Result<usize, ScratchTooSmall> {
     let faces = atlas.chart.len();
     let triangles = scratch.take::<GridTriangle>(faces)?;
     for (f, t) in triangles.iter_mut().enumerate() {
@@ -133,7 +133,7 @@ fn overlapping(atlas: &Source, mut scratch: Scratch, workers: &dyn Workers) -> R
 /// The two meshes.
 struct Carried<'c> {
     from: &'c Working<'c>,
-    atlas: &'c Source<'c>,
+    atlas: &'c SourceAtlas<'c>,
     onto: &'c Working<'c>,
     size: u32,
 }
@@ -152,7 +152,7 @@ impl Carried<'_> {
         let Self { atlas, onto, .. } = *self;
         let (mesh, faces) = (onto.mesh(), onto.faces.len());
         tell(progress, Stage::Cut, 0, 1)?;
-        let hits = scratch.take::<Hit>(faces)?;
+        let hits = scratch.take::<NearestFace>(faces)?;
         find_hits(hits, mesh, atlas, workers);
         report.distance = mean_distance(mesh, hits) * self.from.extent;
         if !(report.distance <= APART * self.from.extent) {
@@ -177,7 +177,7 @@ impl Carried<'_> {
         let chart = |f: usize| sheets.chart[sheets.region[f] as usize];
         let scale = |f: usize| atlas.scale[chart(f) as usize];
         let shapes = Shapes { node, rest, scale: &scale };
-        let whole = Atlas { shapes, chart: &chart, source: atlas, in_square: atlas.is_in_square() };
+        let whole = CarriedMap { shapes, chart: &chart, source: atlas, in_square: atlas.is_in_square() };
         let cleared = clear(x, grid, &targets, &whole, scratch.frame(), workers)?;
         (report.flipped, report.overlapping) = (cleared.flipped, cleared.overlapping);
         let texels = NEAR / f64::from(self.size.max(1));
@@ -204,7 +204,7 @@ impl Carried<'_> {
         &self,
         cut: &mut [u8],
         surface: &Surface,
-        hits: &[Hit],
+        hits: &[NearestFace],
         mut scratch: Scratch,
     ) -> Result<(), ScratchTooSmall> {
         let Self { from, atlas, onto, .. } = *self;
@@ -221,7 +221,7 @@ impl Carried<'_> {
 }
 
 /// Mean distance of the faces' middles, by area.
-fn mean_distance(mesh: MeshView, hits: &[Hit]) -> f64 {
+fn mean_distance(mesh: MeshView, hits: &[NearestFace]) -> f64 {
     let (mut sum, mut all) = (0.0, 0.0);
     for (f, hit) in hits.iter().enumerate() {
         let own = area(mesh, f);

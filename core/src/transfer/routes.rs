@@ -11,7 +11,7 @@
 
 use super::arcs::Arcs;
 use super::closest::{ClosestTree, closest_tree_need};
-use super::source::Source;
+use super::source::SourceAtlas;
 use crate::base::heap::Heap;
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -53,7 +53,7 @@ pub const fn routes_need(vertices: usize, edges: usize) -> usize {
 pub fn route(
     cut: &mut [u8],
     ground: &Ground,
-    source: &Source,
+    source: &SourceAtlas,
     component: &[u32], // of each face of the source
     arcs: &Arcs,
     mut scratch: Scratch,
@@ -114,7 +114,7 @@ struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    fn new(source: &Source, edges: &[u32], keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
+    fn new(source: &SourceAtlas, edges: &[u32], keep: &mut Scratch<'a>) -> Result<Self, ScratchTooSmall> {
         let positions = keep.take::<DVec3>(edges.len() + 1)?;
         let faces = keep.take::<[u32; 3]>(edges.len())?;
         let along = keep.take::<f64>(edges.len() + 1)?;
@@ -149,7 +149,7 @@ struct Search<'s> {
 
 impl Search<'_> {
     /// The vertex for vertex `v` of the source, on the border where that is.
-    fn vertex_near(&self, source: &Source, v: u32, part: u32) -> u32 {
+    fn vertex_near(&self, source: &SourceAtlas, v: u32, part: u32) -> u32 {
         let surface = self.ground.surface;
         let p = source.surface.mesh.positions[v as usize];
         let gap = |w: u32| surface.mesh.positions[w as usize].distance_squared(p);

@@ -6,7 +6,7 @@
 //! stay apart though they are the same place in space. Cost: O(f log f).
 
 use super::closest::Closest;
-use super::source::{Source, Walking};
+use super::source::{SourceAtlas, Walking};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
@@ -29,7 +29,7 @@ const RINGS: u32 = 2;
 /// The closest place of the source to the middle of a face.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct Hit {
+pub struct NearestFace {
     /// Face of the source.
     pub face: u32,
     spare: u32,
@@ -38,7 +38,7 @@ pub struct Hit {
 }
 
 /// Finds the closest place of the source to the middle of every face, on a side that looks the same way.
-pub fn find_hits(hits: &mut [Hit], mesh: MeshView, source: &Source, workers: &dyn Workers) {
+pub fn find_hits(hits: &mut [NearestFace], mesh: MeshView, source: &SourceAtlas, workers: &dyn Workers) {
     for_each_chunk(workers, hits, CHUNK, &|chunk, hits| {
         for (f, hit) in (chunk * CHUNK..).zip(hits) {
             let (p, normal) = (middle(mesh, f), mesh.area_vector(f));
@@ -50,7 +50,7 @@ pub fn find_hits(hits: &mut [Hit], mesh: MeshView, source: &Source, workers: &dy
             };
             let found = source.tree.find_within(p, FAR * FAR, looks_so).or_else(|| source.tree.find(p, |_| true));
             if let Some(Closest { face, squared, .. }) = found {
-                *hit = Hit { face, spare: 0, squared };
+                *hit = NearestFace { face, spare: 0, squared };
             }
         }
     });
@@ -114,8 +114,8 @@ impl<'a> Sheets<'a> {
     pub fn new(
         surface: &Surface,
         cut: &[u8],
-        hits: &[Hit],
-        source: &Source,
+        hits: &[NearestFace],
+        source: &SourceAtlas,
         walking: &mut Walking,
         keep: &mut Scratch<'a>,
     ) -> Result<Self, ScratchTooSmall> {
@@ -163,10 +163,10 @@ fn trust(
     queue: &mut [u32],
     surface: &Surface,
     cut: &[u8],
-    hits: &[Hit],
+    hits: &[NearestFace],
     fits: &dyn Fn(usize) -> bool,
     region: &[u32],
-    source: &Source,
+    source: &SourceAtlas,
     walking: &mut Walking,
     mut scratch: Scratch,
 ) -> Result<(), ScratchTooSmall> {
@@ -250,7 +250,7 @@ fn spread(
     queue: &mut [u32],
     surface: &Surface,
     cut: &[u8],
-    source: &Source,
+    source: &SourceAtlas,
     walking: &mut Walking,
 ) {
     let (mut head, mut tail) = (0, 0);

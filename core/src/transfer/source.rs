@@ -1,7 +1,7 @@
 //! The atlas that is carried over: a working mesh whose cuts are the borders of its UVs, and its charts.
 //!
 //! A chart that lies mirrored in the square is seen from behind (u becomes 1 - u), so that all that follows may take faces to be
-//! counter-clockwise; [`Source::seen`] is that and its own inverse.
+//! counter-clockwise; [`SourceAtlas::seen`] is that and its own inverse.
 
 use super::closest::{Closest, ClosestTree, closest_tree_need, on_triangle};
 use crate::base::real::sqrt;
@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3};
 const STEEPEST: f64 = 1.5;
 
 /// The mesh whose atlas it is.
-pub struct Source<'a> {
+pub struct SourceAtlas<'a> {
     /// The mesh with the corners at its vertices.
     pub surface: Surface<'a>,
     /// The borders of the UVs, on both sides.
@@ -49,7 +49,7 @@ pub struct Target {
     pub squared: f64,
 }
 
-/// Bytes that [`Source::new`] takes.
+/// Bytes that [`SourceAtlas::new`] takes.
 pub const fn source_need(vertices: usize, faces: usize) -> usize {
     surface_need(faces, vertices)
         .saturating_add(closest_tree_need(faces))
@@ -59,7 +59,7 @@ pub const fn source_need(vertices: usize, faces: usize) -> usize {
         .saturating_add(bytes_for::<[f64; 2]>(faces).saturating_mul(2))
 }
 
-impl<'a> Source<'a> {
+impl<'a> SourceAtlas<'a> {
     /// `uv_of` answers the UV of an input corner.
     pub fn new(
         working: &Working<'a>,
@@ -197,7 +197,7 @@ fn doubled(uv: &[DVec2], f: usize) -> f64 {
     (uv[3 * f + 1] - uv[3 * f]).perp_dot(uv[3 * f + 2] - uv[3 * f])
 }
 
-/// Memory of [`Source::walk`].
+/// Memory of [`SourceAtlas::walk`].
 pub struct Walking<'a> {
     seen: &'a mut [u32],  // (f)
     queue: &'a mut [u32], // (f)

@@ -7,7 +7,7 @@
 //! none of the atlas' edges, nothing moves. Cost: O(f) and the walks.
 
 use super::sheets::{Sheets, area};
-use super::source::{Source, Target, Walking};
+use super::source::{SourceAtlas, Target, Walking};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::view::MeshView;
@@ -30,7 +30,7 @@ const WILD: f64 = 0.25;
 /// What the atlas says of a point inside a face.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct Sample {
+pub struct SurfaceSample {
     /// UV of the closest point of the chart.
     pub uv: DVec2,
     /// Area that it stands for where it counts, else 0.
@@ -44,14 +44,14 @@ pub struct Targets<'a> {
     /// The best fit, which may lie beyond the border.
     pub fitted: &'a mut [DVec2], // (nodes)
     /// Samples of each face.
-    pub samples: &'a mut [[Sample; SAMPLES]], // (f)
+    pub samples: &'a mut [[SurfaceSample; SAMPLES]], // (f)
 }
 
 /// Bytes that [`Targets::new`] takes.
 pub const fn targets_need(faces: usize) -> usize {
     bytes_for::<DVec2>(3 * faces)
         .saturating_mul(4)
-        .saturating_add(bytes_for::<[Sample; SAMPLES]>(faces))
+        .saturating_add(bytes_for::<[SurfaceSample; SAMPLES]>(faces))
         .saturating_add(bytes_for::<f64>(3 * faces).saturating_mul(2))
 }
 
@@ -62,13 +62,13 @@ impl<'a> Targets<'a> {
         node: &[[u32; 3]],
         mesh: MeshView,
         sheets: &Sheets,
-        source: &Source,
+        source: &SourceAtlas,
         walking: &mut Walking,
         keep: &mut Scratch<'a>,
     ) -> Result<Self, ScratchTooSmall> {
         let inner = keep.take::<DVec2>(nodes)?;
         let fitted = keep.take::<DVec2>(nodes)?;
-        let samples = keep.take::<[Sample; SAMPLES]>(node.len())?;
+        let samples = keep.take::<[SurfaceSample; SAMPLES]>(node.len())?;
         let mut frame = keep.frame();
         let near = frame.take_filled::<f64>(nodes, f64::INFINITY)?;
         for (f, own) in node.iter().enumerate() {
@@ -90,7 +90,7 @@ impl<'a> Targets<'a> {
             for (sample, weights) in samples[f].iter_mut().zip(INSIDE) {
                 let target = ask(weights);
                 let counts = target.inner.distance_squared(target.outer) < 1e-18;
-                *sample = Sample { uv: target.inner, weight: if counts { share } else { 0.0 } };
+                *sample = SurfaceSample { uv: target.inner, weight: if counts { share } else { 0.0 } };
             }
         }
         let mut targets = Self { inner, fitted, samples };
