@@ -2,7 +2,7 @@
 //!
 //! Faces that were carried on beyond their chart's border come back to it in steps; where that is not enough, and where nothing was
 //! carried on, nodes move towards the middle of their neighbours. After every step faces that are turned over are turned back,
-//! the map is rounded to the grid, and overlaps are looked for there exactly. Cost: a search for overlaps a round.
+//! the map is rounded to the grid, and overlaps are looked for there exactly. The best round is kept. Cost: a search for overlaps a round.
 
 use super::source::SourceAtlas;
 use super::targets::Targets;
@@ -22,6 +22,10 @@ const LEFT: [f64; 4] = [1.0, 0.6, 0.3, 0.0];
 /// How far a node goes towards the middle of its neighbours in each step after those, and at the most.
 const INWARDS: f64 = 0.1;
 const FARTHEST: f64 = 0.9;
+
+/// Rounds after which the nodes of faces that still overlap go to the middle of their neighbours, and sweeps of that.
+const PATIENCE: usize = 12;
+const SWEEPS: usize = 60;
 
 /// What the map is of.
 #[derive(Clone, Copy)]
@@ -43,14 +47,22 @@ pub struct Cleared {
     pub flipped: usize,
     /// Faces that overlap another on the grid.
     pub overlapping: usize,
-    /// Rounds that it took.
-    pub rounds: usize,
+    /// Corners outside of the unit square, where the source has none.
+    pub outside: usize,
+}
+
+impl Cleared {
+    fn faults(&self) -> usize {
+        self.flipped.saturating_add(self.overlapping).saturating_add(self.outside)
+    }
 }
 
 /// Bytes that [`clear`] takes.
 pub const fn clear_need(nodes: usize, faces: usize) -> usize {
-    bytes_for::<u8>(nodes)
+    bytes_for::<[u8; 2]>(nodes)
+        .saturating_add(bytes_for::<GridPoint>(nodes))
         .saturating_add(bytes_for::<DVec2>(nodes).saturating_mul(3))
+        .saturating_add(bytes_for::<[f64; 3]>(nodes))
         .saturating_add(bytes_for::<f64>(nodes))
         .saturating_add(bytes_for::<u32>(faces))
         .saturating_add(bytes_for::<GridTriangle>(faces))
@@ -59,7 +71,7 @@ pub const fn clear_need(nodes: usize, faces: usize) -> usize {
         .saturating_add(overlaps_need(faces))
 }
 
-/// Writes the map (`x`, as seen; `grid`, as it is written) of the nodes from their targets.
+/// Writes the map of the nodes, as seen, from their targets to `grid`; `x` is memory.
 pub fn clear(
     x: &mut [DVec2],
     grid: &mut [GridPoint],
@@ -70,36 +82,45 @@ pub fn clear(
 ) -> Result<Cleared, ScratchTooSmall> {
     let (nodes, faces) = (x.len(), atlas.shapes.node.len());
     let level = scratch.take::<u8>(nodes)?;
+    let loose = scratch.take::<u8>(nodes)?;
     let middle = scratch.take::<DVec2>(nodes)?;
     middles(middle, targets.fitted, atlas.shapes.node, scratch.frame())?;
     let partner = scratch.take::<u32>(faces)?;
     let triangles = scratch.take::<GridTriangle>(faces)?;
-    let mut done = Cleared::default();
+    let best = scratch.take::<GridPoint>(nodes)?;
+    let mut done = Cleared { overlapping: usize::MAX, ..Cleared::default() };
     for round in 0..ROUNDS {
-        done.rounds = round;
         for (n, x) in x.iter_mut().enumerate() {
             *x = place(targets.inner[n], targets.fitted[n], middle[n], level[n]);
         }
+        smooth(x, loose, atlas.shapes.node, scratch.frame())?;
         untangle(x, &atlas.shapes, scratch.frame())?;
-        done.flipped = onto_grid(x, grid, atlas, scratch.frame())?;
+        let flipped = onto_grid(x, grid, atlas, scratch.frame())?;
         for (f, t) in triangles.iter_mut().enumerate() {
             *t = atlas.shapes.node[f].map(|n| written(grid[n as usize], atlas, f));
         }
-        done.overlapping = overlaps(partner, triangles, scratch.frame(), workers)?;
-        let mut outside = false;
-        if atlas.in_square {
-            for (t, nodes) in triangles.iter().zip(atlas.shapes.node) {
-                for (_, n) in t.iter().zip(nodes).filter(|(p, _)| !is_inside(**p)) {
-                    yield_at(level, *n, targets);
-                    outside = true;
-                }
+        let overlapping = overlaps(partner, triangles, scratch.frame(), workers)?;
+        let mut outside = 0;
+        for (n, p) in atlas.shapes.node.as_flattened().iter().zip(triangles.as_flattened()) {
+            if atlas.in_square && !is_inside(*p) {
+                yield_at(level, *n, targets);
+                outside += 1;
             }
         }
-        if done.overlapping == 0 && !outside {
+        let now = Cleared { flipped, overlapping, outside };
+        if now.faults() < done.faults() {
+            done = now;
+            best.copy_from_slice(grid);
+        }
+        if overlapping + outside == 0 {
             break;
         }
         step_back(level, partner, atlas.shapes.node, targets);
+        if round >= PATIENCE {
+            loosen(loose, partner, atlas.shapes.node, round % 3 == 2);
+        }
     }
+    grid.copy_from_slice(best);
     Ok(done)
 }
 
@@ -114,6 +135,47 @@ fn middles(middle: &mut [DVec2], x: &[DVec2], node: &[[u32; 3]], mut scratch: Sc
         }
     }
     middle.iter_mut().zip(count.iter()).for_each(|(m, c)| *m /= c.max(1.0));
+    Ok(())
+}
+
+/// Lets go of the nodes of faces that overlap, and with `wider` of their neighbours.
+fn loosen(loose: &mut [u8], partner: &[u32], node: &[[u32; 3]], wider: bool) {
+    for (nodes, _) in node.iter().zip(partner).filter(|(_, p)| **p != NONE) {
+        nodes.iter().for_each(|n| loose[*n as usize] = 1);
+    }
+    if wider {
+        // 2 for those of this ring, so that it grows by one.
+        for nodes in node {
+            if nodes.iter().any(|n| loose[*n as usize] == 1) {
+                for n in nodes {
+                    let own = &mut loose[*n as usize];
+                    *own = if *own == 0 { 2 } else { *own };
+                }
+            }
+        }
+        loose.iter_mut().filter(|l| **l == 2).for_each(|l| *l = 1);
+    }
+}
+
+/// Brings the loose nodes to the middle of their neighbours, as springs do: what winds more than once about a node comes apart.
+fn smooth(x: &mut [DVec2], loose: &[u8], node: &[[u32; 3]], mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    if !loose.contains(&1) {
+        return Ok(());
+    }
+    let sums = scratch.take::<[f64; 3]>(x.len())?;
+    for _ in 0..SWEEPS {
+        sums.fill([0.0; 3]);
+        for nodes in node.iter().filter(|nodes| nodes.iter().any(|n| loose[*n as usize] != 0)) {
+            for i in 0..3 {
+                let (p, q) = (x[nodes[(i + 1) % 3] as usize], x[nodes[(i + 2) % 3] as usize]);
+                let sum = &mut sums[nodes[i] as usize];
+                *sum = [sum[0] + p.x + q.x, sum[1] + p.y + q.y, sum[2] + 2.0];
+            }
+        }
+        for ((x, sum), _) in x.iter_mut().zip(sums.iter()).zip(loose).filter(|(_, loose)| **loose != 0) {
+            *x = DVec2::new(sum[0], sum[1]) / sum[2].max(1.0);
+        }
+    }
     Ok(())
 }
 

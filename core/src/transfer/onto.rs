@@ -180,10 +180,10 @@ impl Carried<'_> {
         let whole = CarriedMap { shapes, chart: &chart, source: atlas, in_square: atlas.is_in_square() };
         let cleared = clear(x, grid, &targets, &whole, scratch.frame(), workers)?;
         (report.flipped, report.overlapping) = (cleared.flipped, cleared.overlapping);
+        x.iter_mut().zip(grid.iter()).for_each(|(x, g)| *x = g.uv(GRID_BITS));
         let texels = NEAR / f64::from(self.size.max(1));
         let far = |n: u32| x[n as usize].distance_squared(targets.fitted[n as usize]) > texels * texels;
         report.moved = node.iter().filter(|nodes| nodes.iter().any(|n| far(*n))).count();
-        x.iter_mut().zip(grid.iter()).for_each(|(x, g)| *x = g.uv(GRID_BITS));
         report.within_two_texels = targets.share_within(x, node, mesh, texels);
         report.regions = sheets.chart.len();
         let has = scratch.take::<u8>(atlas.charts)?;
