@@ -155,7 +155,7 @@ impl Carried<'_> {
         let hits = scratch.take::<NearestFace>(faces)?;
         find_hits(hits, mesh, atlas, workers);
         report.distance = mean_distance(mesh, hits) * self.from.extent;
-        if !(report.distance <= APART * self.from.extent) {
+        if report.distance.is_nan() || report.distance > APART * self.from.extent {
             return Err(TransferError::Apart { distance: report.distance, extent: self.from.extent });
         }
         let surface = Surface::new(mesh, onto.twin, &[], &[], &mut scratch)?;

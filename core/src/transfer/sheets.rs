@@ -224,9 +224,9 @@ fn depths(
     }
     depth.fill(NONE);
     let (mut head, mut tail) = (0, 0);
-    for f in 0..depth.len() {
+    for (f, depth) in depth.iter_mut().enumerate() {
         if surface.mesh.faces[f].iter().any(|v| on_cut[*v as usize] != 0) {
-            (depth[f], queue[tail]) = (0, f as u32);
+            (*depth, queue[tail]) = (0, f as u32);
             tail += 1;
         }
     }
