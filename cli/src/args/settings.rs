@@ -32,6 +32,9 @@ pub struct SettingsArgs {
     /// Exposure rays of each vertex
     #[arg(long, value_name = "COUNT", default_value_t = pipeline::Settings::default().rays, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub rays: u32,
+    /// Further searches for seams, of which the best is kept; 15 take about five times as long
+    #[arg(long, value_name = "COUNT", default_value_t = pipeline::Settings::default().search, value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub search: u32,
     /// Seed of every random choice
     #[arg(long, default_value_t = pipeline::Settings::default().seed)]
     pub seed: u64,
@@ -80,7 +83,7 @@ pub enum HardEdgesArg {
 impl SettingsArgs {
     /// The words on a command line that ask for the same.
     pub fn words(self) -> Vec<String> {
-        let Self { distortion, charts, packing, prefer, hard_edges, size, padding, rays, seed } = self;
+        let Self { distortion, charts, packing, prefer, hard_edges, size, padding, rays, search, seed } = self;
         fn name(value: impl ValueEnum) -> String {
             value.to_possible_value().map(|value| value.get_name().into()).unwrap_or_default()
         }
@@ -93,6 +96,7 @@ impl SettingsArgs {
             ("--size", size.to_string()),
             ("--padding", padding.to_string()),
             ("--rays", rays.to_string()),
+            ("--search", search.to_string()),
             ("--seed", seed.to_string()),
         ];
         all.into_iter().flat_map(|(flag, value)| [flag.into(), value]).collect()
@@ -123,6 +127,7 @@ impl SettingsArgs {
             size: self.size,
             padding: self.padding,
             rays: self.rays,
+            search: self.search,
             seed: self.seed,
             ..pipeline::Settings::default()
         }

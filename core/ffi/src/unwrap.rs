@@ -184,6 +184,7 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         rays,
         hard_edges,
         prefer,
+        search: 0,
         seed,
     };
     let checks = [

@@ -46,6 +46,9 @@ pub struct Settings {
     pub hard_edges: HardEdges,
     /// What is given up where seams and fill are at odds.
     pub prefer: Prefer,
+    /// Further searches for seams, of which the best is kept: each takes about as long as the first on a coarse mesh. Noticed seams
+    /// become shorter; see docs/RESULTS.md.
+    pub search: u32,
     /// Seed of every random value.
     pub seed: u64,
 }
@@ -62,6 +65,7 @@ impl Default for Settings {
             rays: 128,
             hard_edges: HardEdges::Prefer,
             prefer: Prefer::Balance,
+            search: 0,
             seed: 0,
         }
     }

@@ -27,7 +27,7 @@ use crate::price::given::{HardEdges, OnMesh};
 use crate::rays::bvh::BuildBvh;
 use crate::rays::cast::Scene;
 use crate::rays::exposure::exposure_need;
-use crate::search::budget::Budget;
+use crate::search::budget::{Budget, Draws};
 use crate::search::seams::make_charts_need;
 use glam::{DVec2, DVec3};
 
@@ -120,7 +120,8 @@ pub fn unwrap_by(
     let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
     let cut = frame.take::<u8>(working.twin.len())?;
     let whole = settings.charts == Charts::One;
-    let budget = Budget { distortion: settings.distortion, bulky: whole || input.parts.is_some(), whole };
+    let draws = Draws { count: settings.search, seed: settings.seed };
+    let budget = Budget { distortion: settings.distortion, bulky: whole || input.parts.is_some(), whole, draws };
     let total = pieces.count();
     let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
     let place_of = |p: DVec3| own_frame.place((p - working.centre) / working.extent);

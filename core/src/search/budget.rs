@@ -2,6 +2,15 @@
 
 use crate::base::scratch::ScratchTooSmall;
 
+/// Further searches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Draws {
+    /// How many.
+    pub count: u32,
+    /// Seed of what leads them elsewhere.
+    pub seed: u64,
+}
+
 /// What the search may spend.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
@@ -11,6 +20,8 @@ pub struct Budget {
     pub bulky: bool,
     /// Whether a piece stays one chart; larger ones than can be walled only become few.
     pub whole: bool,
+    /// Further searches, of which the best is kept.
+    pub draws: Draws,
 }
 
 /// Why the search ended without charts.

@@ -6,9 +6,10 @@
 //! Creases are lines that the coarse meshes keep, since cuts follow them.
 //! Cost: O(n log n) for the decimation and what is carried over.
 
-use super::budget::{Budget, SeamError};
-use super::direct::{Trials, direct_need, search_anew};
-use crate::base::real::sqrt;
+use super::budget::{Budget, Draws, SeamError};
+use super::direct::{Trials, direct_need};
+use super::draws::{draws_need, search_best};
+use crate::base::random::hash;
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
@@ -17,17 +18,13 @@ use crate::carry::detour::go_round;
 use crate::carry::proxy::{proxy_costs, proxy_costs_need};
 use crate::carry::slide::Slides;
 use crate::carry::transfer::{transfer, transfer_need};
-use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::first::disks::disks_again;
 use crate::mesh::collapse::Collapse;
 use crate::mesh::decimate::{decimate, decimate_need};
 use crate::mesh::topology::twins;
 use crate::mesh::view::MeshView;
-use crate::plane::crowding::Crowd;
-use crate::price::cost::FILL_WORTH;
 use crate::price::turn::turns;
-use crate::solve::bound::distortion;
 use crate::solve::energy::{MOLLIFY, Rest, even_out};
 use glam::{DVec2, DVec3};
 
@@ -62,7 +59,7 @@ pub fn proxies_need(faces: usize, vertices: usize) -> usize {
     let kept = 2 * bytes_for::<Collapse>(vertices) + 2 * 800 * coarse;
     let flags = bytes_for::<u8>(3 * faces) + bytes_for::<f64>(3 * faces);
     let full = bytes_for::<[u32; 3]>(faces) + bytes_for::<u32>(vertices) + decimate_need(vertices, faces) + flags;
-    let search = 2 * direct_need(coarse, coarse, Trials::All);
+    let search = 2 * (direct_need(coarse, coarse, Trials::All) + draws_need(coarse));
     let carry = transfer_need(vertices, faces).max(proxy_costs_need(vertices, coarse));
     kept + full.max(search).max(carry)
 }
@@ -127,28 +124,6 @@ impl<'p> Proxy<'p> {
         let cut = keep.take::<u8>(mesh.corner_count())?;
         Ok(Some(Self { surface, history: &history[..done.collapses], uv, cut }))
     }
-
-    /// What the search has reached: how far the distortion is above `bound`, and what its cuts cost and leave empty of the square.
-    fn price(&self, bound: f64, mut scratch: Scratch) -> Result<[f64; 2], ScratchTooSmall> {
-        let Self { surface, uv, cut, .. } = self;
-        let area: f64 = surface.rest.iter().map(|r| r.area).sum();
-        let cost = (0..cut.len()).filter(|c| cut[*c] != 0).map(|c| 0.5 * surface.cost[c]).sum::<f64>();
-        let missed = (distortion(uv, surface.rest) - bound).max(0.0);
-        Ok([missed, cost / sqrt(area) - FILL_WORTH * crowd(uv, cut, surface, scratch.frame())?.fill()])
-    }
-}
-
-/// What packing will see of the charts.
-fn crowd(uv: &[DVec2], cut: &[u8], surface: &Surface, mut scratch: Scratch) -> Result<Crowd, ScratchTooSmall> {
-    let charts = ChartList::new(surface, cut, &mut scratch)?;
-    let mut crowd = Crowd::default();
-    for k in 0..charts.count() {
-        let faces = charts.faces_of(k);
-        let area = faces.iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
-        let Some(start) = surface.first_open(cut, faces) else { continue };
-        crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
-    }
-    Ok(crowd)
 }
 
 /// Flags the half-edges that turn sharply, unless most do.
@@ -167,29 +142,36 @@ fn mark_creases(hard: &mut [u8], surface: &Surface, mut scratch: Scratch) -> Res
 struct ProxyJob<'j, 'p> {
     proxy: &'j mut Proxy<'p>,
     scratch: Option<Scratch<'j>>,
-    result: Result<(), SeamError>,
+    budget: Budget,
+    price: Result<[f64; 2], SeamError>,
 }
 
-/// Searches on all meshes side by side.
+/// Searches on all meshes side by side, and as often again as there are draws, in turns; returns the prices.
 fn search_all(
     proxies: &mut [Proxy],
     budget: Budget,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<(), SeamError> {
+) -> Result<heapless::Vec<[f64; 2], PROXIES>, SeamError> {
     let mut jobs = heapless::Vec::<ProxyJob, PROXIES>::new();
     let count = proxies.len();
     for (i, proxy) in proxies.iter_mut().enumerate() {
         let part = scratch.split(scratch.remaining() / (count - i))?;
-        jobs.put(ProxyJob { proxy, scratch: Some(part), result: Ok(()) });
+        let (share, seed) = ((budget.draws.count + i as u32) / count as u32, hash(budget.draws.seed, 0xa1, i as u64));
+        let budget = Budget { draws: Draws { count: share, seed }, ..budget };
+        jobs.put(ProxyJob { proxy, scratch: Some(part), budget, price: Ok([f64::INFINITY; 2]) });
     }
     for_each_chunk(workers, &mut jobs, 1, &|_, job| {
-        let ProxyJob { proxy: Proxy { surface, uv, cut, .. }, scratch, result } = &mut job[0];
+        let ProxyJob { proxy: Proxy { surface, uv, cut, .. }, scratch, budget, price } = &mut job[0];
         if let Some(scratch) = scratch.take() {
-            *result = search_anew(uv, cut, surface, budget, Trials::All, scratch, &Serial, &mut || true);
+            *price = search_best(uv, cut, surface, *budget, scratch, &Serial, &mut || true);
         }
     });
-    jobs.into_iter().try_for_each(|job| job.result)
+    let mut prices = heapless::Vec::new();
+    for job in jobs {
+        prices.put(job.price?);
+    }
+    Ok(prices)
 }
 
 /// Writes the cuts of the better of two searches on coarse meshes; false where there are none, or where to carry them over would cut
@@ -212,16 +194,15 @@ pub fn cut_by_proxies(
     proxies.put(one);
     other.into_iter().for_each(|other| proxies.put(other));
     let budget = Budget { distortion: 1.0 + SLACK * (budget.distortion - 1.0), ..budget };
-    search_all(&mut proxies, budget, scratch.frame(), workers)?;
+    let prices = search_all(&mut proxies, budget, scratch.frame(), workers)?;
     if !proceed() {
         return Err(SeamError::Stopped);
     }
     let Some((one, others)) = proxies.split_first() else { return Ok(false) };
-    let price = one.price(budget.distortion, scratch.frame())?;
     let between = scratch.take::<u8>(one.cut.len())?;
     let mut coarse_cut = &*one.cut;
     if let Some(other) = others.first()
-        && other.price(budget.distortion, scratch.frame())? < price
+        && prices[1] < prices[0]
         && transfer(between, &one.surface, &other.surface, other.cut, other.history, SLIDES, scratch.frame())?
             .is_faithful()
     {

@@ -4,6 +4,7 @@ pub mod budget;
 pub mod by_proxy;
 pub mod compact;
 pub mod direct;
+pub mod draws;
 pub mod extend;
 pub mod glue;
 pub mod rounds;

@@ -6,6 +6,7 @@
 use super::budget::{Budget, SeamError};
 use super::by_proxy::{PROXY_FROM, cut_by_proxies, proxies_need};
 use super::direct::{Trials, direct_need, search_anew, search_from};
+use super::draws::{draws_need, search_best};
 use crate::base::scratch::Scratch;
 use crate::base::workers::Workers;
 use crate::charts::surface::Surface;
@@ -27,7 +28,7 @@ fn trials(faces: usize) -> Trials {
 /// Scratch bytes that [`make_charts`] asks for.
 pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let direct = direct_need(faces, vertices, trials(faces));
-    if faces > PROXY_FROM { direct.max(proxies_need(faces, vertices)) } else { direct }
+    if faces > PROXY_FROM { direct.max(proxies_need(faces, vertices)) } else { direct + draws_need(faces) }
 }
 
 /// Cuts and flattens the surface: writes `cut` (one flag a half-edge) and `uv` (one point a corner).
@@ -43,6 +44,9 @@ pub fn make_charts(
     let faces = surface.mesh.faces.len();
     // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
     let budget = Budget { whole: budget.whole && faces <= LARGE, ..budget };
+    if faces <= PROXY_FROM && budget.draws.count > 0 {
+        return search_best(uv, cut, surface, budget, scratch, workers, proceed).map(|_| ());
+    }
     let has_cuts = faces > PROXY_FROM && cut_by_proxies(cut, surface, budget, scratch.frame(), workers, proceed)?;
     let search = if has_cuts { search_from } else { search_anew };
     search(uv, cut, surface, budget, trials(faces), scratch, workers, proceed)

@@ -158,6 +158,7 @@ pub fn settings(bytes: &mut Bytes, is_wild: bool) -> Settings {
         rays: bytes.pick(&[8, 1, 3, 16]),
         hard_edges: bytes.pick(&[HardEdges::Prefer, HardEdges::Require, HardEdges::Off]),
         prefer: bytes.pick(&[Prefer::Balance, Prefer::Seams, Prefer::Fill]),
+        search: bytes.pick(&[0, 1, 3]),
         seed: u64::from(bytes.byte()),
     };
     if !is_wild {
