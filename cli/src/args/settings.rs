@@ -14,6 +14,9 @@ pub struct SettingsArgs {
     /// Charts of each connected piece
     #[arg(long, value_enum, default_value_t = ChartsArg::Few)]
     pub charts: ChartsArg,
+    /// Whether the side of a cylinder, a pipe, a belt becomes a rectangle
+    #[arg(long, value_enum, default_value_t = StraightenArg::Auto)]
+    pub straighten: StraightenArg,
     /// How charts are placed
     #[arg(long, value_enum, default_value_t = PackingArg::Tight)]
     pub packing: PackingArg,
@@ -47,6 +50,15 @@ pub enum ChartsArg {
     Few,
     /// One, where the bound and a flat layout without overlap allow it
     One,
+}
+
+/// Whether strips become rectangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum StraightenArg {
+    /// They stay as they have least distortion
+    Off,
+    /// Where a chart is a strip and the bound allows
+    Auto,
 }
 
 /// How charts are placed.
@@ -83,13 +95,15 @@ pub enum HardEdgesArg {
 impl SettingsArgs {
     /// The words on a command line that ask for the same.
     pub fn words(self) -> Vec<String> {
-        let Self { distortion, charts, packing, prefer, hard_edges, size, padding, rays, search, seed } = self;
+        let Self { distortion, charts, straighten, packing, prefer, hard_edges, size, padding, rays, search, seed } =
+            self;
         fn name(value: impl ValueEnum) -> String {
             value.to_possible_value().map(|value| value.get_name().into()).unwrap_or_default()
         }
         let all = [
             ("--distortion", distortion.to_string()),
             ("--charts", name(charts)),
+            ("--straighten", name(straighten)),
             ("--packing", name(packing)),
             ("--prefer", name(prefer)),
             ("--hard-edges", name(hard_edges)),
@@ -109,6 +123,10 @@ impl SettingsArgs {
             charts: match self.charts {
                 ChartsArg::Few => pipeline::Charts::Few,
                 ChartsArg::One => pipeline::Charts::One,
+            },
+            straighten: match self.straighten {
+                StraightenArg::Off => pipeline::Straighten::Off,
+                StraightenArg::Auto => pipeline::Straighten::Auto,
             },
             packing: match self.packing {
                 PackingArg::Tight => pipeline::Packing::Tight,

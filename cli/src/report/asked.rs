@@ -2,7 +2,7 @@
 
 use crate::args::method::MethodArg;
 use crate::formats::loaded::Loaded;
-use seamwright_core::pipeline::{Charts, Packing, Settings};
+use seamwright_core::pipeline::{Charts, Packing, Settings, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
 use serde::Serialize;
@@ -29,6 +29,7 @@ pub struct SettingsReport {
     pub method: &'static str,
     pub distortion: f64,
     pub charts: &'static str,
+    pub straighten: &'static str,
     pub packing: &'static str,
     pub prefer: &'static str,
     pub hard_edges: &'static str,
@@ -67,6 +68,10 @@ impl SettingsReport {
             charts: match settings.charts {
                 Charts::Few => "few",
                 Charts::One => "one",
+            },
+            straighten: match settings.straighten {
+                Straighten::Off => "off",
+                Straighten::Auto => "auto",
             },
             packing: match settings.packing {
                 Packing::Tight => "tight",

@@ -182,6 +182,7 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         padding,
         effort: f64::from(effort) / 100.0,
         rays,
+        straighten: pipeline::Straighten::default(),
         hard_edges,
         prefer,
         search: 0,

@@ -5,6 +5,7 @@
 //! alone.
 
 use super::list::ChartList;
+use super::strip::lay;
 use super::surface::Surface;
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -33,6 +34,8 @@ pub enum Work {
     /// Lay down as near as can be to how each face lies, where faces that hang together may lie apart; then relax, unless that
     /// turns a face over.
     Weld(Stop),
+    /// Lay on a rectangle a chart whose border turns at four corners; others stay.
+    Rectangle(Stop),
 }
 
 /// One chart on its own.
@@ -243,6 +246,10 @@ impl ChartJob<'_> {
         let piece = Piece { triangles, rest, free: self.x.len(), at, springs: &[], walls };
         match work {
             Work::Relax(stop) => relax(self.x, &piece, stop, scratch, workers),
+            Work::Rectangle(stop) => {
+                lay(self.x, &piece, self.inner, self.border, stop, scratch.frame(), workers)?;
+                relax(self.x, &piece, Stop { steps: 0, tolerance: 0.0 }, scratch, workers)
+            }
             Work::Weld(stop) => {
                 weld(self.x, &piece, self.sides, scratch.frame(), workers)?;
                 relax(self.x, &piece, stop, scratch, workers)

@@ -8,4 +8,5 @@ pub mod packing_cuts;
 pub mod place;
 pub mod settle;
 pub mod snap;
+pub mod strips;
 pub mod upright;

@@ -6,7 +6,7 @@
 //! Guaranteed for `Tight`: no mirroring, one scale for all, inside [0, 1]^2 and off its border by `padding` texels (an eighth of
 //! it at the most), charts at least as far apart (by conservative masks in the fill, by an exact check of border segments after separation; or as far as the summary says
 //! where that many charts cannot be), the same bits for any number of threads. Counts bound the work, never a clock.
-//! Charts that stand upright are turned by quarters, but those that would decide the side of the square (`outline::LONG`).
+//! Charts that stand upright are turned by quarters, but, among many, those that would decide the side of the square (`outline::LONG`).
 //! Limits: charts are not cut; two or three large ones may leave a third of the square empty whatever the search does.
 
 use super::fill::{self, Fixed};

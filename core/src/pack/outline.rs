@@ -14,9 +14,12 @@ use crate::plane::hull::convex_hull;
 use core::f64::consts::FRAC_PI_2;
 use glam::DVec2;
 
-/// A chart longer than this, over the square root of all area, would decide the side of the square: it may lie across, unless it is
-/// alone. Of 118 charts of a rifle, the longest at 1.5, .63 of the square is filled where all stand and .83 where that one does not.
+/// A chart longer than this, over the square root of all area, would decide the side of the square for many others: it may then lie
+/// across. Of 118 charts of a rifle, the longest at 1.5, .63 of the square is filled where all stand and .83 where that one does not.
 const LONG: f64 = 1.0;
+
+/// So many charts are many.
+const MANY: usize = 8;
 
 /// A directed border edge; the chart lies to its left.
 pub(super) type BorderEdge = [DVec2; 2];
@@ -184,7 +187,7 @@ pub(super) fn trace<'a>(charts: &FlatCharts, scratch: &mut Scratch<'a>) -> Resul
         radius[chart] = real::sqrt(points.iter().map(|p| p.length_squared()).fold(0.0, f64::max));
         hull_len[chart] = convex_hull(&mut hull[range.clone()], points) as u32;
         let hull = &hull[range][..hull_len[chart] as usize];
-        upright[chart] &= u8::from(k == 1 || hull.iter().all(|p| p.abs().max_element() <= 0.5 * LONG));
+        upright[chart] &= u8::from(k < MANY || hull.iter().all(|p| p.abs().max_element() <= 0.5 * LONG));
     }
     Ok(Outlines { edge_start, edges, hull_len, hull, centre, radius, area, upright, slot, unit })
 }

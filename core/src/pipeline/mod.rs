@@ -17,5 +17,5 @@ pub mod unwrap;
 
 pub use input::{Input, Output};
 pub use report::{Report, UnwrapError};
-pub use settings::{Charts, Packing, Settings};
+pub use settings::{Charts, Packing, Settings, Straighten};
 pub use unwrap::{Method, need_for, unwrap, unwrap_by, unwrap_need};

@@ -24,6 +24,16 @@ pub enum Packing {
     Grid,
 }
 
+/// Whether strips become rectangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Straighten {
+    /// They stay as they have least distortion.
+    Off,
+    /// Where a chart is a strip and the bound allows.
+    #[default]
+    Auto,
+}
+
 /// What the user can ask for.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -31,6 +41,8 @@ pub struct Settings {
     pub distortion: f64,
     /// Charts a component.
     pub charts: Charts,
+    /// Whether the side of a cylinder, a pipe, a belt becomes a rectangle.
+    pub straighten: Straighten,
     /// Placement.
     pub packing: Packing,
     /// Texture side in texels, for the padding.
@@ -58,6 +70,7 @@ impl Default for Settings {
         Self {
             distortion: 1.025,
             charts: Charts::Few,
+            straighten: Straighten::Auto,
             packing: Packing::Tight,
             size: 1024,
             padding: 2,

@@ -7,7 +7,7 @@ use super::learned::{hybrid, neural};
 use super::learning::{LearnScene, Learning};
 use super::pieces::unwrap_pieces;
 use super::report::{Report, UnwrapError};
-use super::settings::{Charts, Packing, Settings};
+use super::settings::{Charts, Packing, Settings, Straighten};
 use crate::base::progress::{Progress, Stage, tell};
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
@@ -15,6 +15,7 @@ use crate::charts::pieces::{Pieces, pieces_need};
 use crate::finish::fill::{fill_dropped, fill_dropped_need};
 use crate::finish::packing_cuts::cut_to_pack;
 use crate::finish::place::{AtlasOutput, Maps, PlaceSummary, Placing, place};
+use crate::finish::strips::straighten_strips;
 use crate::mesh::frame::to_own_frame;
 use crate::mesh::polygons::Counts;
 use crate::mesh::repair::{Facing, repair, repair_need};
@@ -142,6 +143,9 @@ pub fn unwrap_by(
         }
         Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
         Method::Hybrid(learning) => hybrid(uv, cut, &scene, learning, frame.frame(), progress)?,
+    }
+    if mends && input.kept_uv.is_none() && settings.straighten != Straighten::Off {
+        straighten_strips(uv, cut, &pieces, settings.distortion, frame.frame(), workers)?;
     }
     let placing = Placing { pieces: &pieces, working: &working, parts: input.parts, packing: settings.pack(), mends };
     if !budget.bulky && mends && input.kept_uv.is_none() && settings.packing == Packing::Tight {

@@ -63,7 +63,7 @@ pub fn tutte(
     piece: &Piece,
     inner: usize,
     border: &[[u32; 2]],
-    mut scratch: Scratch,
+    scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
     let length = |a: u32, b: u32| {
@@ -79,9 +79,24 @@ pub fn tutte(
         x[*a as usize] = DVec2::new(cos(angle), sin(angle)) * radius;
         along += length(*a, *b);
     }
+    balance(x, piece, inner, scratch, workers)
+}
+
+/// Puts nodes `0..inner` at the balance of springs of stiffness 1 / length; the others stay.
+pub fn balance(
+    x: &mut [DVec2],
+    piece: &Piece,
+    inner: usize,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), ScratchTooSmall> {
     if inner == 0 {
         return Ok(());
     }
+    let length = |a: u32, b: u32| {
+        let d = piece.at[a as usize] - piece.at[b as usize];
+        sqrt(d.dot(d)).max(1e-12)
+    };
     // Each inner edge appears in two triangles, once each way: half its stiffness from each.
     let springs = scratch.take::<Spring>(3 * piece.triangles.len())?;
     for (three, t) in springs.as_chunks_mut::<3>().0.iter_mut().zip(piece.triangles) {

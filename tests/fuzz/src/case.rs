@@ -2,7 +2,7 @@
 
 use crate::bytes::Bytes;
 use glam::{DVec2, DVec3};
-use seamwright_core::pipeline::{Charts, Input, Packing, Settings};
+use seamwright_core::pipeline::{Charts, Input, Packing, Settings, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
 use std::collections::HashMap;
@@ -159,6 +159,7 @@ pub fn settings(bytes: &mut Bytes, is_wild: bool) -> Settings {
         hard_edges: bytes.pick(&[HardEdges::Prefer, HardEdges::Require, HardEdges::Off]),
         prefer: bytes.pick(&[Prefer::Balance, Prefer::Seams, Prefer::Fill]),
         search: bytes.pick(&[0, 1, 3]),
+        straighten: bytes.pick(&[Straighten::Auto, Straighten::Off]),
         seed: u64::from(bytes.byte()),
     };
     if !is_wild {
