@@ -59,7 +59,7 @@
 // `rays` is not from 1 to 65536.
 #define SEAMWRIGHT_BAD_RAYS 11
 
-// `charts`, `packing`, `hard_edges` or `prefer` is none of their constants.
+// `charts`, `packing`, `hard_edges`, `prefer` or `straighten` is none of their constants.
 #define SEAMWRIGHT_BAD_CHOICE 12
 
 // More scratch memory is needed. `detail`: bytes to try next, which changes no bit of the result; 0: no amount would do.
@@ -71,7 +71,7 @@
 // Faces of the atlas still overlap after all attempts; please report the mesh. `detail`: how many.
 #define SEAMWRIGHT_OVERLAP 15
 
-// `effort` is more than 1000.
+// `effort` is more than 1000, or `search` more than 10000.
 #define SEAMWRIGHT_BAD_EFFORT 16
 
 // A fault of this library; please report it.
@@ -114,6 +114,12 @@
 
 // Charts that pack well.
 #define SEAMWRIGHT_PREFER_FILL 2
+
+// Charts that are strips become rectangles where the bound allows.
+#define SEAMWRIGHT_STRAIGHTEN_AUTO 0
+
+// Every chart lies as it has least distortion.
+#define SEAMWRIGHT_STRAIGHTEN_OFF 1
 
 // The edge is a cut whatever it costs.
 #define SEAMWRIGHT_EDGE_CUT 1
@@ -228,6 +234,10 @@ typedef struct SeamwrightOptions {
     uint32_t hard_edges;
     // SEAMWRIGHT_PREFER_...: what is given up where seams and fill are at odds.
     uint32_t prefer;
+    // SEAMWRIGHT_STRAIGHTEN_...: what is made of strips.
+    uint32_t straighten;
+    // Further searches for seams, 10000 at the most, of which the best is kept.
+    uint32_t search;
 } SeamwrightOptions;
 
 // Where the atlas is written. After an error its contents are unspecified.

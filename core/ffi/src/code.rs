@@ -29,7 +29,7 @@ pub const SEAMWRIGHT_BAD_DISTORTION: i32 = 9;
 pub const SEAMWRIGHT_BAD_SIZE: i32 = 10;
 /// `rays` is not from 1 to 65536.
 pub const SEAMWRIGHT_BAD_RAYS: i32 = 11;
-/// `charts`, `packing`, `hard_edges` or `prefer` is none of their constants.
+/// `charts`, `packing`, `hard_edges`, `prefer` or `straighten` is none of their constants.
 pub const SEAMWRIGHT_BAD_CHOICE: i32 = 12;
 /// More scratch memory is needed. `detail`: bytes to try next, which changes no bit of the result; 0: no amount would do.
 pub const SEAMWRIGHT_SCRATCH: i32 = 13;
@@ -37,7 +37,7 @@ pub const SEAMWRIGHT_SCRATCH: i32 = 13;
 pub const SEAMWRIGHT_CANCELLED: i32 = 14;
 /// Faces of the atlas still overlap after all attempts; please report the mesh. `detail`: how many.
 pub const SEAMWRIGHT_OVERLAP: i32 = 15;
-/// `effort` is more than 1000.
+/// `effort` is more than 1000, or `search` more than 10000.
 pub const SEAMWRIGHT_BAD_EFFORT: i32 = 16;
 /// A fault of this library; please report it.
 pub const SEAMWRIGHT_INTERNAL: i32 = 17;
@@ -68,14 +68,14 @@ fn message(code: i32) -> &'static CStr {
         SEAMWRIGHT_BAD_DISTORTION => c"the bound on distortion must be a number above 1",
         SEAMWRIGHT_BAD_SIZE => c"the size must be from 16 to 65536, the padding a quarter of it at the most",
         SEAMWRIGHT_BAD_RAYS => c"the number of rays must be from 1 to 65536",
-        SEAMWRIGHT_BAD_CHOICE => c"charts, packing, hard_edges or prefer is none of the known values",
+        SEAMWRIGHT_BAD_CHOICE => c"charts, packing, hard_edges, prefer or straighten is none of the known values",
         SEAMWRIGHT_SCRATCH => c"more scratch memory is needed",
         SEAMWRIGHT_CANCELLED => c"stopped on request",
         SEAMWRIGHT_OVERLAP => c"faces of the atlas still overlap after all attempts",
         SEAMWRIGHT_INTERNAL => c"a fault of the library",
         SEAMWRIGHT_BAD_STRUCT => c"a struct does not begin with its size",
         SEAMWRIGHT_NEWER_STRUCT => c"a struct asks for what this version of the library does not know",
-        SEAMWRIGHT_BAD_EFFORT => c"the effort must be 1000 hundredths at the most",
+        SEAMWRIGHT_BAD_EFFORT => c"the effort must be 1000 hundredths at the most, further searches 10000",
         _ => c"no code of this library",
     }
 }

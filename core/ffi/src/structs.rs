@@ -43,7 +43,7 @@ macro_rules! growing {
 
 growing! {
     SeamwrightMesh: parts, tolerance;
-    SeamwrightOptions: effort, prefer;
+    SeamwrightOptions: effort, search;
     SeamwrightAtlas: exposure, exposure;
     SeamwrightReport: detail, detail;
     SeamwrightFigures: detail, sharp_seam_cover;

@@ -22,6 +22,10 @@ pub const SEAMWRIGHT_PREFER_BALANCE: u32 = 0;
 pub const SEAMWRIGHT_PREFER_SEAMS: u32 = 1;
 /// Charts that pack well.
 pub const SEAMWRIGHT_PREFER_FILL: u32 = 2;
+/// Charts that are strips become rectangles where the bound allows.
+pub const SEAMWRIGHT_STRAIGHTEN_AUTO: u32 = 0;
+/// Every chart lies as it has least distortion.
+pub const SEAMWRIGHT_STRAIGHTEN_OFF: u32 = 1;
 /// The edge is a cut whatever it costs.
 pub const SEAMWRIGHT_EDGE_CUT: u8 = 1;
 /// The shading breaks at the edge: a border of smoothing groups, a sharp edge.
@@ -87,6 +91,10 @@ pub struct SeamwrightOptions {
     pub hard_edges: u32,
     /// SEAMWRIGHT_PREFER_...: what is given up where seams and fill are at odds.
     pub prefer: u32,
+    /// SEAMWRIGHT_STRAIGHTEN_...: what is made of strips.
+    pub straighten: u32,
+    /// Further searches for seams, 10000 at the most, of which the best is kept.
+    pub search: u32,
 }
 
 /// Where the atlas is written. After an error its contents are unspecified.

@@ -7,7 +7,7 @@ use crate::structs::{Room, read};
 use crate::surface::{Starts, Surface};
 use crate::types::*;
 use seamwright_core::base::scratch::Scratch;
-use seamwright_core::pipeline::{self, Charts, Input, Output, Packing, Settings};
+use seamwright_core::pipeline::{self, Charts, Input, Output, Packing, Settings, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
 use seamwright_core::rays::binned::BinnedBuilder;
@@ -16,6 +16,8 @@ use seamwright_core::rays::binned::BinnedBuilder;
 const SIZES: core::ops::RangeInclusive<u32> = 16..=65536;
 /// Most search work, in hundredths.
 const MOST_EFFORT: u32 = 1000;
+/// Most further searches.
+const MOST_SEARCH: u32 = 10_000;
 /// Rays a vertex.
 const RAYS: core::ops::RangeInclusive<u32> = 1..=65536;
 
@@ -150,7 +152,7 @@ unsafe fn run(
 
 /// Core's settings, where the options are in range.
 fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
-    let SeamwrightOptions { distortion, seed, size, padding, rays, effort, .. } = *options;
+    let SeamwrightOptions { distortion, seed, size, padding, rays, effort, search, .. } = *options;
     let none_of_them = Err(Fault::new(SEAMWRIGHT_BAD_CHOICE));
     let charts = match options.charts {
         SEAMWRIGHT_CHARTS_FEW => Charts::Few,
@@ -174,6 +176,11 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         SEAMWRIGHT_PREFER_FILL => Prefer::Fill,
         _ => return none_of_them,
     };
+    let straighten = match options.straighten {
+        SEAMWRIGHT_STRAIGHTEN_AUTO => Straighten::Auto,
+        SEAMWRIGHT_STRAIGHTEN_OFF => Straighten::Off,
+        _ => return none_of_them,
+    };
     let settings = Settings {
         distortion,
         charts,
@@ -182,17 +189,17 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         padding,
         effort: f64::from(effort) / 100.0,
         rays,
-        straighten: pipeline::Straighten::default(),
+        straighten,
         hard_edges,
         prefer,
-        search: 0,
+        search,
         seed,
     };
     let checks = [
         (distortion > 1.0 && distortion.is_finite(), SEAMWRIGHT_BAD_DISTORTION),
         (SIZES.contains(&size) && padding <= size / 4, SEAMWRIGHT_BAD_SIZE),
         (RAYS.contains(&rays), SEAMWRIGHT_BAD_RAYS),
-        (effort <= MOST_EFFORT, SEAMWRIGHT_BAD_EFFORT),
+        (effort <= MOST_EFFORT && search <= MOST_SEARCH, SEAMWRIGHT_BAD_EFFORT),
     ];
     checks.iter().find(|(holds, _)| !holds).map_or(Ok(settings), |(_, code)| Err(Fault::new(*code)))
 }
@@ -214,21 +221,23 @@ mod tests {
             settings(&options)
         };
         type Case = (fn(&mut SeamwrightOptions), fn(&mut Settings));
-        let cases: [Case; 6] = [
+        let cases: [Case; 8] = [
             (|o| o.charts = SEAMWRIGHT_CHARTS_ONE, |s| s.charts = Charts::One),
             (|o| o.packing = SEAMWRIGHT_PACKING_GRID, |s| s.packing = Packing::Grid),
             (|o| o.hard_edges = SEAMWRIGHT_HARD_EDGES_REQUIRE, |s| s.hard_edges = HardEdges::Require),
             (|o| o.hard_edges = SEAMWRIGHT_HARD_EDGES_OFF, |s| s.hard_edges = HardEdges::Off),
             (|o| o.prefer = SEAMWRIGHT_PREFER_SEAMS, |s| s.prefer = Prefer::Seams),
             (|o| o.prefer = SEAMWRIGHT_PREFER_FILL, |s| s.prefer = Prefer::Fill),
+            (|o| o.straighten = SEAMWRIGHT_STRAIGHTEN_OFF, |s| s.straighten = Straighten::Off),
+            (|o| o.search = 7, |s| s.search = 7),
         ];
         for (choose, same) in cases {
             let mut expected = Settings::default();
             same(&mut expected);
             assert_eq!(text(chosen(choose)), text(Ok(expected)));
         }
-        let beyond: [fn(&mut SeamwrightOptions); 4] =
-            [|o| o.charts = 2, |o| o.packing = 2, |o| o.hard_edges = 3, |o| o.prefer = 3];
+        let beyond: [fn(&mut SeamwrightOptions); 5] =
+            [|o| o.charts = 2, |o| o.packing = 2, |o| o.hard_edges = 3, |o| o.prefer = 3, |o| o.straighten = 2];
         for choose in beyond {
             assert_eq!(chosen(choose).err(), Some(Fault::new(SEAMWRIGHT_BAD_CHOICE)));
         }

@@ -46,6 +46,8 @@ fn options(bytes: &mut Bytes, is_wild: bool) -> SeamwrightOptions {
             effort: word(bytes) & 0xf003,
             hard_edges: u32::from(bytes.byte() % 4),
             prefer: u32::from(bytes.byte() % 4),
+            straighten: u32::from(bytes.byte() % 3),
+            search: bytes.pick(&[0, 2, 10_001]),
             ..SeamwrightOptions::INIT
         };
     }
