@@ -303,7 +303,8 @@ fn charts_that_stand_upright_are_turned_by_quarters_alone() {
         let mut set = Set::default();
         for i in 0..count as u64 {
             set = match i % 2 {
-                0 => set.boxes(&[[0.0, 0.0, 0.3 + unit_f64(1, 0, i), 0.2], [0.1, 0.2, 0.1, unit_f64(1, 1, i)]]),
+                0 => set
+                    .boxes(&[[0.0, 0.0, 0.5 + 0.2 * unit_f64(1, 0, i), 0.5], [0.1, 0.5, 0.1, 0.5 * unit_f64(1, 1, i)]]),
                 _ => set.star(i, 9),
             };
         }
@@ -315,5 +316,17 @@ fn charts_that_stand_upright_are_turned_by_quarters_alone() {
         if count == 20 {
             assert!(placements.iter().any(|p| !quarters.contains(&p.turn)), "the others turn freely");
         }
+    }
+}
+
+#[test]
+fn a_long_chart_lies_across_and_a_shorter_one_stands() {
+    // Over the root of its area a bar of 1 by 0.1 is 3.2 long, one of 1 by 0.5 1.4.
+    for (width, stands) in [(0.1, false), (0.5, true)] {
+        let mut set = Set::default().boxes(&[[0.0, 0.0, 1.0, width]]);
+        set.upright = vec![1];
+        let (placements, _) = set.pack(&PackSettings::default());
+        let turn = placements[0].turn;
+        assert_eq!(turn.x * turn.y == 0.0, stands, "{turn}");
     }
 }
