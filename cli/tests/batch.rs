@@ -59,7 +59,7 @@ fn lines(output: &Output) -> BTreeMap<String, Value> {
     text.lines().map(line).collect()
 }
 
-/// Every file below, hidden ones too, but for records, which hold times.
+/// Every file below, hidden ones too, but for records, which hold times, and what a killed run leaves of one.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let (mut found, mut left) = (BTreeMap::new(), Vec::from_iter(folder.is_dir().then(|| folder.to_path_buf())));
     while let Some(path) = left.pop() {
@@ -68,7 +68,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
             if path.is_dir() {
                 left.push(path);
             } else if !path.strip_prefix(folder).expect("below").starts_with(".seamwright")
-                || path.extension().is_none_or(|e| e != "json")
+                || path.extension().is_none_or(|e| e != "json" && e != "tmp")
             {
                 found.insert(
                     path.strip_prefix(folder).expect("below").to_path_buf(),

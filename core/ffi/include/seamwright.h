@@ -71,7 +71,7 @@
 // Faces of the atlas still overlap after all attempts; please report the mesh. `detail`: how many.
 #define SEAMWRIGHT_OVERLAP 15
 
-// `effort` is more than 1000, or `search` more than 10000.
+// `effort` is more than 1000, or `search` more than 100.
 #define SEAMWRIGHT_BAD_EFFORT 16
 
 // A fault of this library; please report it.
@@ -236,7 +236,7 @@ typedef struct SeamwrightOptions {
     uint32_t prefer;
     // SEAMWRIGHT_STRAIGHTEN_...: what is made of strips.
     uint32_t straighten;
-    // Further searches for seams, 10000 at the most, of which the best is kept.
+    // Further searches for seams, 100 at the most, of which the best is kept.
     uint32_t search;
 } SeamwrightOptions;
 

@@ -37,7 +37,7 @@ pub const SEAMWRIGHT_SCRATCH: i32 = 13;
 pub const SEAMWRIGHT_CANCELLED: i32 = 14;
 /// Faces of the atlas still overlap after all attempts; please report the mesh. `detail`: how many.
 pub const SEAMWRIGHT_OVERLAP: i32 = 15;
-/// `effort` is more than 1000, or `search` more than 10000.
+/// `effort` is more than 1000, or `search` more than 100.
 pub const SEAMWRIGHT_BAD_EFFORT: i32 = 16;
 /// A fault of this library; please report it.
 pub const SEAMWRIGHT_INTERNAL: i32 = 17;
@@ -75,7 +75,7 @@ fn message(code: i32) -> &'static CStr {
         SEAMWRIGHT_INTERNAL => c"a fault of the library",
         SEAMWRIGHT_BAD_STRUCT => c"a struct does not begin with its size",
         SEAMWRIGHT_NEWER_STRUCT => c"a struct asks for what this version of the library does not know",
-        SEAMWRIGHT_BAD_EFFORT => c"the effort must be 1000 hundredths at the most, further searches 10000",
+        SEAMWRIGHT_BAD_EFFORT => c"the effort must be 1000 hundredths at the most, further searches 100",
         _ => c"no code of this library",
     }
 }

@@ -93,7 +93,7 @@ pub struct SeamwrightOptions {
     pub prefer: u32,
     /// SEAMWRIGHT_STRAIGHTEN_...: what is made of strips.
     pub straighten: u32,
-    /// Further searches for seams, 10000 at the most, of which the best is kept.
+    /// Further searches for seams, 100 at the most, of which the best is kept.
     pub search: u32,
 }
 

@@ -17,7 +17,7 @@ const SIZES: core::ops::RangeInclusive<u32> = 16..=65536;
 /// Most search work, in hundredths.
 const MOST_EFFORT: u32 = 1000;
 /// Most further searches.
-const MOST_SEARCH: u32 = 10_000;
+const MOST_SEARCH: u32 = 100;
 /// Rays a vertex.
 const RAYS: core::ops::RangeInclusive<u32> = 1..=65536;
 

@@ -8,7 +8,7 @@
 
 use super::budget::{Budget, Draws, SeamError};
 use super::direct::{Trials, direct_need};
-use super::draws::{draws_need, search_best};
+use super::draws::{draw, draws_need, search_best};
 use crate::base::random::hash;
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -146,32 +146,35 @@ struct ProxyJob<'j, 'p> {
     price: Result<[f64; 2], SeamError>,
 }
 
-/// Searches on all meshes side by side, and as often again as there are draws, in turns; returns the prices.
+/// Searches on all meshes side by side: at the true costs, or the draw of that number. `prices` are those of what stands.
 fn search_all(
     proxies: &mut [Proxy],
+    prices: &mut [[f64; 2]],
     budget: Budget,
+    number: Option<u32>,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<heapless::Vec<[f64; 2], PROXIES>, SeamError> {
+) -> Result<(), SeamError> {
     let mut jobs = heapless::Vec::<ProxyJob, PROXIES>::new();
     let count = proxies.len();
-    for (i, proxy) in proxies.iter_mut().enumerate() {
+    for (i, (proxy, price)) in proxies.iter_mut().zip(prices.iter()).enumerate() {
         let part = scratch.split(scratch.remaining() / (count - i))?;
-        let (share, seed) = ((budget.draws.count + i as u32) / count as u32, hash(budget.draws.seed, 0xa1, i as u64));
-        let budget = Budget { draws: Draws { count: share, seed }, ..budget };
-        jobs.put(ProxyJob { proxy, scratch: Some(part), budget, price: Ok([f64::INFINITY; 2]) });
+        let draws = Draws { count: 0, seed: hash(budget.draws.seed, 0xa1, i as u64) };
+        jobs.put(ProxyJob { proxy, scratch: Some(part), budget: Budget { draws, ..budget }, price: Ok(*price) });
     }
     for_each_chunk(workers, &mut jobs, 1, &|_, job| {
         let ProxyJob { proxy: Proxy { surface, uv, cut, .. }, scratch, budget, price } = &mut job[0];
-        if let Some(scratch) = scratch.take() {
-            *price = search_best(uv, cut, surface, *budget, scratch, &Serial, &mut || true);
+        if let (Some(scratch), Ok(best)) = (scratch.take(), *price) {
+            *price = match number {
+                None => search_best(uv, cut, surface, *budget, scratch, &Serial, &mut || true),
+                Some(number) => draw(uv, cut, surface, *budget, number, best, scratch, &Serial, &mut || true),
+            };
         }
     });
-    let mut prices = heapless::Vec::new();
-    for job in jobs {
-        prices.put(job.price?);
+    for (price, job) in prices.iter_mut().zip(jobs) {
+        *price = job.price?;
     }
-    Ok(prices)
+    Ok(())
 }
 
 /// Writes the cuts of the better of two searches on coarse meshes; false where there are none, or where to carry them over would cut
@@ -194,9 +197,13 @@ pub fn cut_by_proxies(
     proxies.put(one);
     other.into_iter().for_each(|other| proxies.put(other));
     let budget = Budget { distortion: 1.0 + SLACK * (budget.distortion - 1.0), ..budget };
-    let prices = search_all(&mut proxies, budget, scratch.frame(), workers)?;
-    if !proceed() {
-        return Err(SeamError::Stopped);
+    let mut prices = [[f64::INFINITY; 2]; PROXIES];
+    let rounds = budget.draws.count.div_ceil(proxies.len() as u32);
+    for number in core::iter::once(None).chain((0..rounds).map(Some)) {
+        search_all(&mut proxies, &mut prices, budget, number, scratch.frame(), workers)?;
+        if !proceed() {
+            return Err(SeamError::Stopped);
+        }
     }
     let Some((one, others)) = proxies.split_first() else { return Ok(false) };
     let between = scratch.take::<u8>(one.cut.len())?;

@@ -70,21 +70,35 @@ pub fn search_best(
 ) -> Result<[f64; 2], SeamError> {
     search_anew(uv, cut, surface, budget, Trials::All, scratch.frame(), workers, proceed)?;
     let mut best = price_of(uv, cut, surface, budget.distortion, scratch.frame())?;
-    if budget.draws.count == 0 {
-        return Ok(best);
+    for number in 0..budget.draws.count {
+        best = draw(uv, cut, surface, budget, number, best, scratch.frame(), workers, proceed)?;
     }
+    Ok(best)
+}
+
+/// One more search, the draw of that number: puts it in place where its price is less than `best`, and returns the lesser.
+#[allow(clippy::too_many_arguments)]
+pub fn draw(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    number: u32,
+    best: [f64; 2],
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    proceed: &mut dyn FnMut() -> bool,
+) -> Result<[f64; 2], SeamError> {
     let cost = scratch.take::<f64>(cut.len())?;
     let (drawn_uv, drawn_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
-    for draw in 0..u64::from(budget.draws.count) {
-        sway(cost, surface, hash(budget.draws.seed, 0xd4a3, draw));
-        let swayed = Surface { cost, ..*surface };
-        search_anew(drawn_uv, drawn_cut, &swayed, budget, Trials::All, scratch.frame(), workers, proceed)?;
-        let price = price_of(drawn_uv, drawn_cut, surface, budget.distortion, scratch.frame())?;
-        if price < best {
-            best = price;
-            uv.copy_from(drawn_uv);
-            cut.copy_from(drawn_cut);
-        }
+    sway(cost, surface, hash(budget.draws.seed, 0xd4a3, u64::from(number)));
+    let swayed = Surface { cost, ..*surface };
+    search_anew(drawn_uv, drawn_cut, &swayed, budget, Trials::All, scratch.frame(), workers, proceed)?;
+    let price = price_of(drawn_uv, drawn_cut, surface, budget.distortion, scratch)?;
+    if price < best {
+        uv.copy_from(drawn_uv);
+        cut.copy_from(drawn_cut);
+        return Ok(price);
     }
     Ok(best)
 }

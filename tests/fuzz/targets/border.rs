@@ -47,7 +47,7 @@ fn options(bytes: &mut Bytes, is_wild: bool) -> SeamwrightOptions {
             hard_edges: u32::from(bytes.byte() % 4),
             prefer: u32::from(bytes.byte() % 4),
             straighten: u32::from(bytes.byte() % 3),
-            search: bytes.pick(&[0, 2, 10_001]),
+            search: bytes.pick(&[0, 2, 101]),
             ..SeamwrightOptions::INIT
         };
     }
