@@ -27,7 +27,7 @@ pub fn corners(border: &[DVec2]) -> Option<[usize; 4]> {
     let mut found = heapless::Vec::<usize, 4>::new();
     let mut before = border.last().zip(border.first()).map(|(a, b)| *b - *a)?;
     for (i, p) in border.iter().enumerate() {
-        let side = border[(i + 1) % border.len()] - *p;
+        let side = border[wrapped(i + 1, border.len())] - *p;
         let turn = atan2(before.perp_dot(side), before.dot(side)) * 180.0 / PI;
         if !(INWARDS..=CORNER[1]).contains(&turn) {
             return None;
@@ -45,8 +45,9 @@ pub fn bend(border: &[DVec2], corners: [usize; 4]) -> f64 {
     let sides = (0..4).map(|k| (corners[k], corners[(k + 1) % 4]));
     let of_side = |(from, to): (usize, usize)| {
         let (a, chord) = (border[from], border[to] - border[from]);
-        let steps = (to + border.len() - from) % border.len();
-        let away = (1..steps).map(|i| chord.perp_dot(border[(from + i) % border.len()] - a).abs()).fold(0.0, f64::max);
+        let steps = wrapped(to + border.len() - from, border.len());
+        let away =
+            (1..steps).map(|i| chord.perp_dot(border[wrapped(from + i, border.len())] - a).abs()).fold(0.0, f64::max);
         away / chord.length_squared().max(f64::MIN_POSITIVE)
     };
     sides.map(of_side).fold(0.0, f64::max)
@@ -89,10 +90,10 @@ pub fn lay(
 fn place(x: &mut [DVec2], piece: &Piece, border: &[[u32; 2]], corners: [usize; 4]) {
     let count = border.len();
     let length = |i: usize| {
-        let [a, b] = border[i % count].map(|n| piece.at[n as usize]);
+        let [a, b] = border[wrapped(i, count)].map(|n| piece.at[n as usize]);
         sqrt((b - a).dot(b - a))
     };
-    let steps = |k: usize| (corners[(k + 1) % 4] + count - corners[k]) % count;
+    let steps = |k: usize| wrapped(corners[(k + 1) % 4] + count - corners[k], count);
     let side = |k: usize| (0..steps(k)).map(|i| length(corners[k] + i)).sum::<f64>();
     let lengths = [0, 1, 2, 3].map(side);
     let (wide, high) = (0.5 * (lengths[0] + lengths[2]), 0.5 * (lengths[1] + lengths[3]));
@@ -101,7 +102,7 @@ fn place(x: &mut [DVec2], piece: &Piece, border: &[[u32; 2]], corners: [usize; 4
         let mut along = 0.0;
         for i in 0..steps(k) {
             let share = along / lengths[k].max(f64::MIN_POSITIVE);
-            x[border[(corners[k] + i) % count][0] as usize] = ends[k] + (ends[(k + 1) % 4] - ends[k]) * share;
+            x[border[wrapped(corners[k] + i, count)][0] as usize] = ends[k] + (ends[(k + 1) % 4] - ends[k]) * share;
             along += length(corners[k] + i);
         }
     }
@@ -123,6 +124,11 @@ fn best_scale(x: &[DVec2], piece: &Piece) -> Option<DVec2> {
     let fourth = |a: f64| sqrt(sqrt(a));
     let scale = DVec2::new(fourth(shrink.x / stretch.x), fourth(shrink.y / stretch.y));
     (scale.is_finite() && scale.min_element() > 0.0).then_some(scale)
+}
+
+/// A place in a cycle of `count`, from one that is less than a whole round too far.
+fn wrapped(place: usize, count: usize) -> usize {
+    if place < count { place } else { place - count }
 }
 
 #[cfg(test)]

@@ -198,7 +198,7 @@ pub fn cut_by_proxies(
     other.into_iter().for_each(|other| proxies.put(other));
     let budget = Budget { distortion: 1.0 + SLACK * (budget.distortion - 1.0), ..budget };
     let mut prices = [[f64::INFINITY; 2]; PROXIES];
-    let rounds = budget.draws.count.div_ceil(proxies.len() as u32);
+    let rounds = if proxies.is_full() { budget.draws.count.div_ceil(PROXIES as u32) } else { budget.draws.count };
     for number in core::iter::once(None).chain((0..rounds).map(Some)) {
         search_all(&mut proxies, &mut prices, budget, number, scratch.frame(), workers)?;
         if !proceed() {

@@ -218,7 +218,7 @@ pub(super) fn forward(y: &mut [f64], front: &Front, columns: &[f32], symbolic: &
     part[own..m].fill(0.0);
     let mut rest = columns;
     for c in 0..own {
-        let (column, others) = rest.split_at(m - c);
+        let Some((column, others)) = rest.split_at_checked(m - c) else { return };
         rest = others;
         let (done, below) = part[..m].parted_mut(c + 1);
         done[c] /= f64::from(column[0]);
