@@ -303,8 +303,7 @@ fn charts_that_stand_upright_are_turned_by_quarters_alone() {
         let mut set = Set::default();
         for i in 0..count as u64 {
             set = match i % 2 {
-                0 => set
-                    .boxes(&[[0.0, 0.0, 0.5 + 0.2 * unit_f64(1, 0, i), 0.5], [0.1, 0.5, 0.1, 0.5 * unit_f64(1, 1, i)]]),
+                0 => set.boxes(&[[0.0, 0.0, 0.3 + unit_f64(1, 0, i), 0.2], [0.1, 0.2, 0.1, unit_f64(1, 1, i)]]),
                 _ => set.star(i, 9),
             };
         }
@@ -321,10 +320,10 @@ fn charts_that_stand_upright_are_turned_by_quarters_alone() {
 
 #[test]
 fn a_long_chart_lies_across_and_a_shorter_one_stands() {
-    // Over the root of its area a bar of 1 by 0.1 is 3.2 long, one of 1 by 0.5 1.4.
+    // Over the root of all area a bar of 1 by 0.1 is 2.9 long beside a small square, one of 1 by 0.5 1.4.
     for (width, stands) in [(0.1, false), (0.5, true)] {
-        let mut set = Set::default().boxes(&[[0.0, 0.0, 1.0, width]]);
-        set.upright = vec![1];
+        let mut set = Set::default().boxes(&[[0.0, 0.0, 1.0, width]]).boxes(&[[2.0, 0.0, 0.14, 0.14]]);
+        set.upright = vec![1, 0];
         let (placements, _) = set.pack(&PackSettings::default());
         let turn = placements[0].turn;
         assert_eq!(turn.x * turn.y == 0.0, stands, "{turn}");

@@ -17,8 +17,8 @@ use glam::DVec2;
 /// A chart longer than this, over the square root of all area, would decide the side of the square for many others: it may then lie
 /// across. Of 118 charts of a rifle, the longest at 1.5, .63 of the square is filled where all stand and .83 where that one does not.
 const LONG: f64 = 1.0;
-/// Among few charts it decides the side for few: a cross of six squares, 1.64 long, stands; a gear's rim, 2.2 long, would fill .21 of the
-/// square, and .33 across.
+/// Among few charts it decides the side for few: a gear's rim, 2.2 long beside its lid, would fill .21 of the square, and .33 across. A chart
+/// alone stands however long it is: the side of a cylinder, a pipe, a belt.
 const LONG_OF_FEW: f64 = 1.7;
 
 /// So many charts are many.
@@ -190,7 +190,11 @@ pub(super) fn trace<'a>(charts: &FlatCharts, scratch: &mut Scratch<'a>) -> Resul
         radius[chart] = real::sqrt(points.iter().map(|p| p.length_squared()).fold(0.0, f64::max));
         hull_len[chart] = convex_hull(&mut hull[range.clone()], points) as u32;
         let hull = &hull[range][..hull_len[chart] as usize];
-        let longest = if k < MANY { LONG_OF_FEW } else { LONG };
+        let longest = match k {
+            1 => f64::INFINITY,
+            _ if k < MANY => LONG_OF_FEW,
+            _ => LONG,
+        };
         upright[chart] &= u8::from(hull.iter().all(|p| p.abs().max_element() <= 0.5 * longest));
     }
     Ok(Outlines { edge_start, edges, hull_len, hull, centre, radius, area, upright, slot, unit })
