@@ -60,8 +60,8 @@ pub fn close_slits(points: &mut [GridPoint], slits: impl Iterator<Item = [(u32, 
     }
 }
 
-/// Parts the copies of a vertex that lie at one place in one chart though no closed slit joins them, as where both wedges beside a third
-/// chart are left of a flat face: a border that touches itself is no border to a reader. `vertex` has that of each node.
+/// Parts the copies of a vertex that lie within [`TOGETHER`] steps in one chart though no closed slit joins them, as where both wedges
+/// beside a third chart are left of a flat face: a border that touches itself is no border to a reader. `vertex` has that of each node.
 pub fn part_touching(
     points: &mut [GridPoint],
     faces: &[[u32; 3]],
@@ -78,17 +78,20 @@ pub fn part_touching(
     faces.iter().enumerate().for_each(|(f, nodes)| nodes.iter().for_each(|n| face[*n as usize] = f as u32));
     let order = scratch.take::<u32>(points.len())?;
     order.iter_mut().enumerate().for_each(|(i, n)| *n = i as u32);
-    let key = |n: u32, points: &[GridPoint]| {
-        (vertex[n as usize], chart[face[n as usize] as usize], points[n as usize].x(), points[n as usize].y())
-    };
-    sort::by_key(order, |n| (key(*n, points), *n));
-    for pair in order.windows(2) {
-        let [a, b] = [pair[0], pair[1]];
-        if key(a, points) == key(b, points) && sets.find(a) != sets.find(b) {
+    let key = |n: u32| (vertex[n as usize], chart[face[n as usize] as usize]);
+    sort::by_key(order, |n| (key(*n), points[*n as usize].x(), points[*n as usize].y(), *n));
+    for (i, &b) in order.iter().enumerate() {
+        let p = points[b as usize];
+        let mut touches = |a: u32| {
+            let q = points[a as usize];
+            (p.x() - q.x()).abs().max((p.y() - q.y()).abs()) <= TOGETHER && sets.find(a) != sets.find(b)
+        };
+        // The row is in order of x but for what has been parted since.
+        let in_reach = |a: u32| key(a) == key(b) && p.x() - points[a as usize].x() <= TOGETHER + PARTED;
+        if order[..i].iter().rev().take_while(|a| in_reach(**a)).any(|a| touches(*a)) {
             // Into a face of its own: it leaves no other chart's place.
             let corners = faces[face[b as usize] as usize].map(|n| points[n as usize]);
             let middle = |of: fn(GridPoint) -> i32| corners.iter().map(|p| of(*p)).sum::<i32>() / 3;
-            let p = points[b as usize];
             let step = |to: i32, from: i32| (to - from).clamp(-PARTED, PARTED);
             points[b as usize] =
                 GridPoint::new(p.x() + step(middle(GridPoint::x), p.x()), p.y() + step(middle(GridPoint::y), p.y()));
@@ -189,19 +192,22 @@ mod tests {
 
     #[test]
     fn wedges_that_touch_are_parted_and_those_of_a_closed_slit_are_not() {
-        // Two faces of one chart that meet at a point alone, as nodes 0 and 3, copies of one vertex.
+        // Two faces of one chart that meet at a point alone, as nodes 0 and 3, copies of one vertex; 0 a bit beside.
         let p = |x, y| GridPoint::new(x, y);
-        let points = [p(0, 0), p(900, 0), p(900, 900), p(0, 0), p(-900, 0), p(-900, -900)];
         let (faces, vertex) = ([[0, 1, 2], [3, 4, 5]], [7, 1, 2, 7, 4, 5]);
-        let parted = |chart: [u32; 2], joined: &[[(u32, u32); 2]]| {
-            let (mut points, mut bytes) = (points, [0; 256]);
+        let parted = |beside: GridPoint, chart: [u32; 2], joined: &[[(u32, u32); 2]]| {
+            let mut points = [beside, p(900, 0), p(900, 900), p(0, 0), p(-900, 0), p(-900, -900)];
+            let mut bytes = [0; 256];
             let joined = joined.iter().copied();
             part_touching(&mut points, &faces, &chart, &vertex, joined, Scratch::new(&mut bytes)).unwrap();
-            points[3]
+            [points[0], points[3]]
         };
-        assert_eq!(parted([0, 0], &[]), p(-20, -20));
-        assert_eq!(parted([0, 1], &[]), p(0, 0));
-        assert_eq!(parted([0, 0], &[[(0, 3), (3, 0)]]), p(0, 0));
+        assert_eq!(parted(p(0, 0), [0, 0], &[]), [p(0, 0), p(-20, -20)]);
+        assert_eq!(parted(p(0, 0), [0, 1], &[]), [p(0, 0), p(0, 0)]);
+        assert_eq!(parted(p(0, 0), [0, 0], &[[(0, 3), (3, 0)]]), [p(0, 0), p(0, 0)]);
+        assert_eq!(parted(p(-1, -4), [0, 0], &[]), [p(-1, -4), p(-20, -20)]);
+        assert_eq!(parted(p(1, -4), [0, 0], &[]), [p(21, 16), p(0, 0)]); // the later of the row moves
+        assert_eq!(parted(p(1, -5), [0, 0], &[]), [p(1, -5), p(0, 0)]);
     }
 
     #[test]
