@@ -11,6 +11,7 @@
 
 use crate::base::heap::Heap;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::charts::seams::walk_seam;
 use crate::charts::surface::Surface;
 use crate::mesh::view::{NONE, next, prev};
 
@@ -108,22 +109,10 @@ fn find_pieces(
                 continue;
             }
             let begin = len;
-            let (mut at, mut total) = (first, 0.0);
-            loop {
-                seen[at as usize] = 1;
-                seen[surface.twin[at as usize] as usize] = 1;
-                list[len] = at;
-                len += 1;
-                total += surface.length(at);
-                let end = surface.far_end(at);
-                let on =
-                    surface.corners_at(end).iter().find(|c| cut[**c as usize] != 0 && **c != surface.twin[at as usize]);
-                match on {
-                    Some(c) if !search.is_node(end) && *c != first => at = *c,
-                    _ => break,
-                }
-            }
-            let is_loop = surface.mesh.vertex(first) == surface.far_end(at);
+            let (is_cut, is_node) = (|c: u32| cut[c as usize] != 0, |v| search.is_node(v));
+            len += walk_seam(&mut list[begin..], seen, first, surface, is_cut, is_node);
+            let total = list[begin..len].iter().fold(0.0, |total, c| total + surface.length(*c));
+            let is_loop = list[begin..len].last().is_some_and(|c| surface.mesh.vertex(first) == surface.far_end(*c));
             let least = if is_loop { 2.0 } else { 1.0 };
             let parts = crate::base::real::round(total / size).max(least);
             let (mut along, mut done) = (0.0, 0.0);

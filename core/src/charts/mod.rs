@@ -4,6 +4,7 @@ pub mod list;
 pub mod patch;
 pub mod paths;
 pub mod pieces;
+pub mod seams;
 pub mod strip;
 pub mod surface;
 pub mod wedge_paths;

@@ -2,12 +2,12 @@
 //!
 //! Extension looks one round ahead, and splitting against overlap adds cuts that make older ones useless. So each path of the
 //! cut graph whose absence leaves disks (a slit with a free end, or a path between two charts) may be taken out: its chart
-//! is flattened anew, and the path stays out where nothing overlaps, the bound holds, and the hull grows by no more area
+//! is welded along it and relaxed, and the path stays out where nothing overlaps, the bound holds, and the hull grows by no more area
 //! than splitting bulky charts would pay for it. What costs most to be seen comes first, over the energy that closing adds,
 //! which goes with the squared gap between the two sides. Slivers, charts too small to paint on, are joined to a neighbour
 //! wherever that holds, whatever the hull.
 //! Guarantee: disks stay disks, without flips or overlaps; the distortion stays within the goal if it was.
-//! Cost: at most [`TRIES`] flattenings of one chart.
+//! Cost: at most [`TRIES`] relaxations of one chart.
 
 use super::compact::PRICE;
 use super::split::self_overlaps;
@@ -17,6 +17,7 @@ use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::base::workers::Workers;
 use crate::charts::list::ChartList;
+use crate::charts::seams::walk_seam;
 use crate::charts::surface::Surface;
 use crate::charts::work::{Work, work_on};
 use crate::mesh::view::next;
@@ -30,7 +31,7 @@ use glam::DVec2;
 /// Hull area, over all area, that a path may add for what it saves: less than a split would have to save. At the price
 /// of splits 13 meshes fill .709 of the square.
 const HULL_PRICE: f64 = 0.4 * PRICE;
-/// Paths that are tried at the most; each costs a flattening of its chart.
+/// Paths that are tried at the most; each costs a relaxation of its chart.
 const TRIES: usize = 24;
 /// Squared gap, over all area and the distortion that is left, above which a path is not tried. Closed paths added 0.3
 /// to 1.5 of it.
@@ -114,12 +115,22 @@ pub fn zip(
             let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
             old_uv.copy_from(uv);
             let cap = goal.worst.max(worst(uv, surface.rest));
-            let before = if goal.bulky { 0.0 } else { hulls(ends, uv, cut, surface, frame.frame())? };
-            lay_beside(path, uv, cut, surface, frame.frame())?;
+            let hulls = |charts: &ChartList, uv: &[DVec2], cut: &[u8]| match goal.bulky {
+                true => 0.0,
+                false => hulls(ends, uv, cut, charts, surface),
+            };
+            let before = {
+                let mut frame = frame.frame();
+                let charts = ChartList::new(surface, cut, &mut frame)?;
+                let before = hulls(&charts, uv, cut);
+                lay_beside(path, uv, &charts, surface);
+                before
+            };
             path.iter().for_each(|c| surface.set_cut(cut, *c, false));
-            let sound = close(uv, cut, path[0] / 3, surface, frame.frame(), workers)?;
-            let compact =
-                goal.bulky || hulls(ends, uv, cut, surface, frame.frame())? - before <= HULL_PRICE * p.saved * total;
+            let mut frame = frame.frame();
+            let charts = ChartList::new(surface, cut, &mut frame)?;
+            let sound = close(uv, cut, path[0] / 3, &charts, surface, frame.frame(), workers)?;
+            let compact = goal.bulky || hulls(&charts, uv, cut) - before <= HULL_PRICE * p.saved * total;
             let within = distortion(uv, surface.rest) <= goal.distortion && worst(uv, surface.rest) <= cap;
             if sound && compact && within {
                 zipped += 1;
@@ -139,35 +150,27 @@ pub fn zip(
 }
 
 /// Moves the chart on the left of a path to where the sides of the path are nearest to each other.
-fn lay_beside(
-    path: &[u32],
-    uv: &mut [DVec2],
-    cut: &[u8],
-    surface: &Surface,
-    mut scratch: Scratch,
-) -> Result<(), ScratchTooSmall> {
-    let charts = ChartList::new(surface, cut, &mut scratch)?;
+fn lay_beside(path: &[u32], uv: &mut [DVec2], charts: &ChartList, surface: &Surface) {
     let [left, right] = [path[0], surface.twin[path[0] as usize]].map(|c| charts.of_face[(c / 3) as usize]);
     if left != right {
         let motion = Motion::fit(|| facing(path, uv, surface));
         let corners = charts.faces_of(left as usize).iter().flat_map(|f| 3 * f..3 * f + 3);
         corners.for_each(|c| uv[c as usize] = motion.apply(uv[c as usize]));
     }
-    Ok(())
 }
 
-/// Flattens the chart of a face anew; whether nothing flips or overlaps then.
+/// Welds the chart of a face and relaxes it; whether nothing flips or overlaps then.
 fn close(
     uv: &mut [DVec2],
     cut: &[u8],
     face: u32,
+    charts: &ChartList,
     surface: &Surface,
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<bool, ScratchTooSmall> {
-    let charts = ChartList::new(surface, cut, &mut scratch)?;
     let own = charts.of_face[face as usize];
-    if !work_on(uv, surface, cut, &charts, |k| k as u32 == own, Work::Weld(STOP), scratch.frame(), workers)? {
+    if !work_on(uv, surface, cut, charts, |k| k as u32 == own, Work::Weld(STOP), scratch.frame(), workers)? {
         return Ok(false);
     }
     let partner = scratch.take::<u32>(surface.mesh.faces.len())?;
@@ -180,19 +183,12 @@ fn border<'b>(c: u32, uv: &'b [DVec2], cut: &'b [u8], surface: &'b Surface) -> i
 }
 
 /// Area of the hulls of the charts that hold one of two faces.
-fn hulls(
-    ends: [u32; 2],
-    uv: &[DVec2],
-    cut: &[u8],
-    surface: &Surface,
-    mut scratch: Scratch,
-) -> Result<f64, ScratchTooSmall> {
-    let charts = ChartList::new(surface, cut, &mut scratch)?;
+fn hulls(ends: [u32; 2], uv: &[DVec2], cut: &[u8], charts: &ChartList, surface: &Surface) -> f64 {
     let [a, b] = ends.map(|f| charts.of_face[f as usize]);
     let hull = |k: u32| {
         surface.first_open(cut, charts.faces_of(k as usize)).map_or(0.0, |c| hull_of(border(c, uv, cut, surface)))
     };
-    Ok(hull(a) + if a == b { 0.0 } else { hull(b) })
+    hull(a) + if a == b { 0.0 } else { hull(b) }
 }
 
 /// The paths that may go, best first, and the half-edges of all. `spare`: energy over 4 that is left.
@@ -215,7 +211,8 @@ fn find_paths<'a>(
             continue;
         }
         let begin = len;
-        len += seams.walk(&mut list[begin..], seen, first);
+        let is_cut = |c: u32| cut[c as usize] != 0;
+        len += walk_seam(&mut list[begin..], seen, first, surface, is_cut, |v| seams.is_node(v));
         let path = &list[begin..len];
         let is_failed = |c: &u32| failed[*c as usize] != 0 || failed[surface.twin[*c as usize] as usize] != 0;
         let wanted = goal.which == Which::All || seams.joins_sliver(path);
@@ -267,23 +264,6 @@ impl<'a> SeamGraph<'a> {
     /// Whether a path that ends at vertex `v` ends freely.
     fn is_free(&self, v: u32) -> bool {
         self.degree[v as usize] == 1 && !self.surface.is_on_border(v)
-    }
-
-    /// Lists the half-edges of the path that begins with `first`, in order, and marks both sides as seen; returns how many.
-    fn walk(&self, list: &mut [u32], seen: &mut [u8], first: u32) -> usize {
-        let Self { cut, surface, .. } = self;
-        let mut len = 0;
-        let mut at = Some(first);
-        while let Some(c) = at {
-            let (back, end) = (surface.twin[c as usize], surface.far_end(c));
-            seen[c as usize] = 1;
-            seen[back as usize] = 1;
-            list[len] = c;
-            len += 1;
-            let mut on = surface.corners_at(end).iter().filter(|d| cut[**d as usize] != 0 && **d != back);
-            at = if self.is_node(end) { None } else { on.next().copied() };
-        }
-        len
     }
 
     /// The charts to the left and to the right of a path.

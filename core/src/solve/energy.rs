@@ -41,6 +41,9 @@ pub struct Rest {
     pub weight: f64,
 }
 
+/// Where a Hessian that [`Rest::derivatives`] gives has xx, xy and yy of each corner alone.
+pub const OWN_BLOCK: [[usize; 3]; 3] = [[0, 1, 2], [5, 8, 9], [14, 19, 20]];
+
 /// Moves the weights of faces with area half-way to equal ones. A reader of the atlas sees triangles as well as area, and
 /// fine triangles lie where the shape is rich. The sum stays, but for faces that would gain more than [`MOST_GAIN`].
 pub fn even_out(rest: &mut [Rest]) {

@@ -66,18 +66,14 @@ pub fn tutte(
     scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
-    let length = |a: u32, b: u32| {
-        let d = piece.at[a as usize] - piece.at[b as usize];
-        sqrt(d.dot(d)).max(1e-12)
-    };
     let area: f64 = piece.rest.iter().map(|r| r.area).sum();
-    let total: f64 = border.iter().map(|[a, b]| length(*a, *b)).sum();
+    let total: f64 = border.iter().map(|[a, b]| length(piece, *a, *b)).sum();
     let radius = sqrt(area / core::f64::consts::PI);
     let mut along = 0.0;
     for [a, b] in border {
         let angle = along / total * core::f64::consts::TAU;
         x[*a as usize] = DVec2::new(cos(angle), sin(angle)) * radius;
-        along += length(*a, *b);
+        along += length(piece, *a, *b);
     }
     balance(x, piece, inner, scratch, workers)
 }
@@ -93,18 +89,8 @@ pub fn balance(
     if inner == 0 {
         return Ok(());
     }
-    let length = |a: u32, b: u32| {
-        let d = piece.at[a as usize] - piece.at[b as usize];
-        sqrt(d.dot(d)).max(1e-12)
-    };
     // Each inner edge appears in two triangles, once each way: half its stiffness from each.
-    let springs = scratch.take::<Spring>(3 * piece.triangles.len())?;
-    for (three, t) in springs.as_chunks_mut::<3>().0.iter_mut().zip(piece.triangles) {
-        for i in 0..3 {
-            let (a, b) = (t[i], t[(i + 1) % 3]);
-            three[i] = Spring { a, b, weight: 0.5 / length(a, b) };
-        }
-    }
+    let springs = edge_springs(piece, &mut scratch, |t, [i, j, _]| 0.5 / length(piece, t[i], t[j]))?;
     let springs = Piece { triangles: &[], rest: &[], free: inner, at: piece.at, springs, walls: &[] };
     let temporary = scratch.split(graph_need(&springs))?;
     let mut system = System::new(&springs, &mut scratch, temporary)?;
@@ -116,13 +102,7 @@ pub fn balance(
     x[..inner].fill(DVec2::ZERO);
     let mut round = 0;
     while round < rounds {
-        let here = &*x;
-        let pull = |s: &Spring| (here[s.b as usize] - here[s.a as usize]) * (2.0 * s.weight);
-        right.fill(DVec2::ZERO);
-        for s in springs.springs {
-            right[s.a as usize] += pull(s);
-            right[s.b as usize] -= pull(s);
-        }
+        pulls(right, springs.springs, x, |_| DVec2::ZERO);
         let again = round > 0 && system.solve_again(step, &right[..inner], scratch.frame(), workers)?.is_some();
         if !again {
             let spring = |s: usize, matrix: &mut FrontMatrix| add_spring(matrix, springs.springs[s], inner);
@@ -150,27 +130,15 @@ pub fn weld(
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<bool, ScratchTooSmall> {
-    let springs = scratch.take::<Spring>(3 * piece.triangles.len())?;
-    for (three, t) in springs.as_chunks_mut::<3>().0.iter_mut().zip(piece.triangles) {
-        let at = t.map(|i| piece.at[i as usize]);
-        for i in 0..3 {
-            let (b, c) = ((i + 1) % 3, (i + 2) % 3);
-            three[i] = Spring { a: t[i], b: t[b], weight: cotangent(at[i] - at[c], at[b] - at[c]) };
-        }
-    }
+    let at = |i: u32| piece.at[i as usize];
+    let weight = |t: [u32; 3], [i, j, k]: [usize; 3]| cotangent(at(t[i]) - at(t[k]), at(t[j]) - at(t[k]));
+    let springs = edge_springs(piece, &mut scratch, weight)?;
     let springs = Piece { triangles: &[], rest: &[], free: x.len(), at: piece.at, springs, walls: &[] };
     let temporary = scratch.split(graph_need(&springs))?;
     let mut system = System::new(&springs, &mut scratch, temporary)?;
     let step = scratch.take::<DVec2>(x.len())?;
     let right = scratch.take::<DVec2>(x.len())?;
-    for (three, lies) in springs.springs.as_chunks::<3>().0.iter().zip(sides) {
-        for i in 0..3 {
-            let s = &three[i];
-            let off = (x[s.b as usize] - x[s.a as usize]) - (lies[(i + 1) % 3] - lies[i]);
-            right[s.a as usize] += off * (2.0 * s.weight);
-            right[s.b as usize] -= off * (2.0 * s.weight);
-        }
-    }
+    pulls(right, springs.springs, x, |s| sides[s / 3][(s + 1) % 3] - sides[s / 3][s % 3]);
     let nodes = x.len();
     let spring = |s: usize, matrix: &mut FrontMatrix| add_spring(matrix, springs.springs[s], nodes);
     let node = |i: u32, matrix: &mut FrontMatrix| {
@@ -180,6 +148,39 @@ pub fn weld(
     system.solve(step, |_, _| {}, spring, node, scratch.frame(), workers)?;
     x.iter_mut().zip(step.iter()).for_each(|(x, s)| *x += *s);
     Ok(is_upright(x, piece))
+}
+
+/// Springs along the edges of all triangles, three each; `weight` takes a triangle's nodes, and the places in it of an edge's ends
+/// and of the node across.
+fn edge_springs<'s>(
+    piece: &Piece,
+    keep: &mut Scratch<'s>,
+    weight: impl Fn([u32; 3], [usize; 3]) -> f64,
+) -> Result<&'s [Spring], ScratchTooSmall> {
+    let springs = keep.take::<Spring>(3 * piece.triangles.len())?;
+    for (three, t) in springs.as_chunks_mut::<3>().0.iter_mut().zip(piece.triangles) {
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            three[i] = Spring { a: t[i], b: t[j], weight: weight(*t, [i, j, k]) };
+        }
+    }
+    Ok(springs)
+}
+
+/// Writes how springs pull each node at `x`, where spring s wants its far end `wanted(s)` away from its first.
+fn pulls(right: &mut [DVec2], springs: &[Spring], x: &[DVec2], wanted: impl Fn(usize) -> DVec2) {
+    right.fill(DVec2::ZERO);
+    for (i, s) in springs.iter().enumerate() {
+        let pull = ((x[s.b as usize] - x[s.a as usize]) - wanted(i)) * (2.0 * s.weight);
+        right[s.a as usize] += pull;
+        right[s.b as usize] -= pull;
+    }
+}
+
+/// Length of an edge, never zero.
+fn length(piece: &Piece, a: u32, b: u32) -> f64 {
+    let d = piece.at[a as usize] - piece.at[b as usize];
+    sqrt(d.dot(d)).max(1e-12)
 }
 
 /// Cotangent of the angle between two sides, within what [`weld`] reckons with.

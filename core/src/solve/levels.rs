@@ -7,7 +7,7 @@
 //! Guarantee: no triangle flips. Limit: where a vertex finds no place by rounding, the answer says so, and the caller flattens
 //! directly. Cost: O(n log n).
 
-use super::energy::{MOLLIFY, Rest, even_out};
+use super::energy::{MOLLIFY, OWN_BLOCK, Rest, even_out};
 use super::flatten::tutte;
 use super::piece::{Piece, Stop};
 use super::relax::relax;
@@ -17,6 +17,7 @@ use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::mesh::collapse::{Collapse, CornerTable, fan};
 use crate::mesh::decimate::decimate;
+use crate::mesh::loops::next_on_border;
 use crate::mesh::topology::twins;
 use crate::mesh::view::{MeshView, NONE, next};
 use glam::{DVec2, DVec3};
@@ -116,11 +117,7 @@ fn flatten_coarse(
         let Some(side) = border.get_mut(sides) else { return Ok(false) };
         *side = [mesh.vertex(c), mesh.vertex(next(c))];
         sides += 1;
-        let mut after = next(c);
-        while twin[after as usize] != NONE {
-            after = next(twin[after as usize]);
-        }
-        at_corner = Some(after).filter(|_| Some(after) != first);
+        at_corner = Some(next_on_border(twin, c)).filter(|after| Some(*after) != first);
     }
     if sides != border.len() || sides < 3 {
         return Ok(false);
@@ -298,9 +295,9 @@ impl Levels<'_> {
         let (mut gradient, mut xx, mut xy, mut yy) = (DVec2::ZERO, 0.0, 0.0, 0.0);
         for b in star {
             let (g, h) = b.rest.derivatives(b.nodes.map(|i| self.x[i as usize]));
-            let block = [[0, 1, 2], [5, 8, 9], [14, 19, 20]][b.own];
+            let [own_xx, own_xy, own_yy] = OWN_BLOCK[b.own].map(|entry| h[entry]);
             gradient += DVec2::new(g[2 * b.own], g[2 * b.own + 1]);
-            (xx, xy, yy) = (xx + h[block[0]], xy + h[block[1]], yy + h[block[2]]);
+            (xx, xy, yy) = (xx + own_xx, xy + own_xy, yy + own_yy);
         }
         let det = xx * yy - xy * xy;
         if det.is_nan() || det <= 0.0 {

@@ -5,6 +5,7 @@
 //! Guarantee: a start without flips stays without flips, and the energy never rises.
 //! Cost: O(n^1.5) a step for n nodes; the order and the fronts are found once a call.
 
+use super::energy::OWN_BLOCK;
 use super::piece::{Piece, Stop};
 use super::system::{System, add_pull, add_spring, add_triangle, graph_need};
 use super::walls::{Walls, walls_need};
@@ -258,7 +259,7 @@ fn settled(x: &[DVec2], piece: &Piece, least: f64, mut scratch: Scratch) -> Resu
     let sums = scratch.take::<[f64; 5]>(x.len())?; // gradient, and a block's xx, xy, yy
     for (t, rest) in piece.triangles.iter().zip(piece.rest) {
         let (g, h) = rest.derivatives(t.map(|i| x[i as usize]));
-        for (k, (i, block)) in t.iter().zip([[0, 1, 2], [5, 8, 9], [14, 19, 20]]).enumerate() {
+        for (k, (i, block)) in t.iter().zip(OWN_BLOCK).enumerate() {
             let sum = &mut sums[*i as usize];
             sum[0] += g[2 * k];
             sum[1] += g[2 * k + 1];

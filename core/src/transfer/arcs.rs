@@ -6,6 +6,7 @@
 
 use super::source::SourceAtlas;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::charts::seams::walk_seam;
 use crate::charts::surface::Surface;
 use crate::mesh::view::{NONE, next};
 
@@ -49,19 +50,7 @@ impl<'a> Arcs<'a> {
                     continue;
                 }
                 let begin = len;
-                let mut at = first;
-                loop {
-                    let back = surface.twin[at as usize];
-                    (seen[at as usize], seen[back as usize]) = (1, 1);
-                    edges[len] = at;
-                    len += 1;
-                    let end = surface.far_end(at);
-                    let on = surface.corners_at(end).iter().find(|c| is_seam(**c) && **c != back);
-                    match on {
-                        Some(c) if !is_node(end) && *c != first => at = *c,
-                        _ => break,
-                    }
-                }
+                len += walk_seam(&mut edges[begin..], seen, first, surface, is_seam, is_node);
                 let parts = if is_bent(surface, &edges[begin..len]) { (len - begin).min(3) } else { 1 };
                 for part in 0..parts {
                     start[arcs] = (begin + (len - begin) * part / parts) as u32;

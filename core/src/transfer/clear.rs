@@ -8,6 +8,7 @@ use super::source::SourceAtlas;
 use super::targets::Targets;
 use super::untangle::{Shapes, untangle, untangle_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::finish::snap::{straighten, straighten_need};
 use crate::mesh::view::NONE;
@@ -110,7 +111,7 @@ pub fn clear(
         let now = Cleared { flipped, overlapping, outside };
         if now.faults() < done.faults() {
             done = now;
-            best.copy_from_slice(grid);
+            best.copy_from(grid);
         }
         if overlapping + outside == 0 {
             break;
@@ -120,7 +121,7 @@ pub fn clear(
             loosen(loose, partner, atlas.shapes.node, round % 3 == 2);
         }
     }
-    grid.copy_from_slice(best);
+    grid.copy_from(best);
     Ok(done)
 }
 

@@ -8,6 +8,7 @@
 
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::solve::energy::Rest;
 use glam::DVec2;
 
@@ -58,7 +59,7 @@ pub fn untangle(x: &mut [DVec2], shapes: &Shapes, mut scratch: Scratch) -> Resul
     let sums = scratch.take::<[f64; 3]>(x.len())?;
     let patch = scratch.take::<u32>(faces)?;
     let goal = scratch.take::<DVec2>(x.len())?;
-    goal.copy_from_slice(x);
+    goal.copy_from(x);
     for round in 0..ROUNDS {
         let mut any = false;
         for f in (0..faces).filter(|f| shapes.is_bad(x, *f)) {
