@@ -3,22 +3,21 @@
 use crate::args::transfer::TransferArgs;
 use crate::base::failure::Failure;
 use crate::files::drafts::{self, Drafts};
-use crate::files::paths::{is_stdout, same_file};
+use crate::files::paths::is_stdout;
 use crate::formats::format::Format;
 use crate::formats::loaded::{Loaded, open};
 use crate::formats::reading::Reading;
 use crate::formats::target::{Mapping, Target};
+use crate::jobs::outputs::{add_mesh, publish, refuse_clashes, refuse_two_streams};
 use crate::jobs::target::target;
 use crate::picture::drawing::Drawing;
 use crate::report::asked::InputReport;
 use crate::report::document::StageReport;
 use crate::report::transfer::{CarriedReport, warnings};
 use crate::run::progress::{Reporter, Show};
-use crate::run::stop::stop_requested;
 use crate::run::threads::Pool;
 use crate::run::transferred::{CarriedAtlas, make};
 use seamwright_core::transfer::report::TransferReport;
-use std::io::stdout;
 use std::path::Path;
 use std::time::Instant;
 
@@ -26,7 +25,7 @@ use std::time::Instant;
 pub fn transfer(args: &TransferArgs) -> Result<(), Failure> {
     let start = Instant::now();
     let target = target(&args.writing, &args.mesh)?;
-    check_paths(args)?;
+    check_paths(args, &target)?;
     let stream = args.writing.format.as_deref().and_then(Format::named);
     let reading = Reading { uv_set: target.uv_set, copies: !target.format.has_instances() };
     let source = open(&args.source, stream, reading)?;
@@ -44,7 +43,9 @@ pub fn transfer(args: &TransferArgs) -> Result<(), Failure> {
     told.extend(warnings(&source, &mesh, &atlas.report));
     let stages = reporter.finish().iter().map(StageReport::from).collect();
     let mut drafts = Drafts::new();
-    told.extend(named(&mesh, &add_mesh(&mut drafts, &mesh, &target, &atlas)?));
+    let files = mesh.files(&target, Mapping { corner_uv: &atlas.corner_uv, groups: None })?;
+    told.extend(named(&mesh, &files.warnings));
+    add_mesh(&mut drafts, &target, files)?;
     told.iter().for_each(|w| reporter.say(&format!("warning: {w}")));
     if let Some(path) = &args.sheet {
         let picture = draw(&mesh, &atlas, &pool);
@@ -75,55 +76,31 @@ pub fn transfer(args: &TransferArgs) -> Result<(), Failure> {
 }
 
 /// No output may fall on another, nor one but the mesh's on an input.
-fn check_paths(args: &TransferArgs) -> Result<(), Failure> {
+fn check_paths(args: &TransferArgs, target: &Target) -> Result<(), Failure> {
     let out = args.writing.output.as_path();
     let json = args.json.as_deref().filter(|path| !is_stdout(path));
     if args.source.as_os_str() == "-" && args.mesh.as_os_str() == "-" {
         return Err(Failure::Usage("-: standard input holds one mesh; name a file for the other".into()));
     }
-    if args.json.as_deref().is_some_and(is_stdout) && is_stdout(out) {
-        return Err(Failure::Usage("--json -: standard output takes the mesh already; name a file".into()));
-    }
-    let source = ("the mesh with the atlas", Some(args.source.as_path()));
-    let mesh = ("the mesh", Some(args.mesh.as_path()));
+    refuse_two_streams(target, args.json.as_deref())?;
+    let (source, mesh) = (Some(args.source.as_path()), Some(args.mesh.as_path()));
     let sheet = args.sheet.as_deref();
     let clashes = [
-        ("-o", Some(out), source),
-        ("--sheet", sheet, source),
-        ("--sheet", sheet, mesh),
-        ("--sheet", sheet, ("-o", Some(out))),
-        ("--json", json, source),
-        ("--json", json, mesh),
-        ("--json", json, ("-o", Some(out))),
-        ("--json", json, ("--sheet", sheet)),
+        ("-o", Some(out), "the mesh with the atlas", source),
+        ("--sheet", sheet, "the mesh with the atlas", source),
+        ("--sheet", sheet, "the mesh", mesh),
+        ("--sheet", sheet, "-o", Some(out)),
+        ("--json", json, "the mesh with the atlas", source),
+        ("--json", json, "the mesh", mesh),
+        ("--json", json, "-o", Some(out)),
+        ("--json", json, "--sheet", sheet),
     ];
-    for (flag, path, (other, place)) in clashes {
-        if let (Some(path), Some(place)) = (path, place)
-            && same_file(path, place)
-        {
-            let text = format!("{flag} {}: the same file as {other}; choose another", path.display());
-            return Err(Failure::Usage(text));
-        }
-    }
+    refuse_clashes(&clashes)?;
     if let Some(path) = sheet.filter(|path| !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))) {
         return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", path.display())));
     }
     let outputs = [("-o", Some(out)), ("--sheet", sheet), ("--json", json)];
     outputs.into_iter().try_for_each(|(flag, path)| path.map_or(Ok(()), |path| drafts::check(flag, path)))
-}
-
-/// Writes the mesh with its UVs; gives what to tell of that.
-fn add_mesh(drafts: &mut Drafts, mesh: &Loaded, target: &Target, atlas: &CarriedAtlas) -> Result<Vec<String>, Failure> {
-    let files = mesh.files(target, Mapping { corner_uv: &atlas.corner_uv, groups: None })?;
-    if let Some((path, _)) = files.beside.first().filter(|_| target.is_stream()) {
-        let text = format!("it needs {} beside it; name a file, or take --format glb", path.display());
-        return Err(Failure::Usage(format!("-o -: {text}")));
-    }
-    for (path, bytes) in &files.beside {
-        drafts.add_below("-o", path, |out| out.write_all(bytes))?;
-    }
-    drafts.add("-o", &target.path, files.main)?;
-    Ok(files.warnings)
 }
 
 fn draw(mesh: &Loaded, atlas: &CarriedAtlas, pool: &Pool) -> Vec<u8> {
@@ -135,24 +112,6 @@ fn draw(mesh: &Loaded, atlas: &CarriedAtlas, pool: &Pool) -> Vec<u8> {
         exposure: None,
     };
     drawing.png(pool)
-}
-
-/// Puts the outputs in place, the report last.
-fn publish(mut drafts: Drafts, json: Option<&Path>, report: &CarriedReport) -> Result<(), Failure> {
-    match json {
-        Some(path) if !is_stdout(path) => drafts.add("--json", path, |out| report.write(out))?,
-        _ => {}
-    }
-    if stop_requested() {
-        return Err(Failure::Stopped);
-    }
-    drafts.publish()?;
-    match json {
-        Some(path) if is_stdout(path) => {
-            report.write(&mut stdout().lock()).map_err(|e| Failure::output("--json", path, &e))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// What to say where the atlas breaks a rule that the source's keeps. It is written all the same.

@@ -1,11 +1,12 @@
 //! What is checked before the work: settings that fit together, and outputs that fall on nothing and can be written.
 
 use super::job::Job;
+use super::outputs::{refuse_clashes, refuse_two_streams};
 use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::base::failure::Failure;
 use crate::files::drafts;
-use crate::files::paths::{has_stdout, is_stdout, same_file};
+use crate::files::paths::{has_stdout, is_stdout};
 use seamwright_core::pipeline::Settings;
 use std::fs;
 use std::path::Path;
@@ -57,19 +58,8 @@ impl Job {
             ("--json", json, "-o", Some(self.target.path.as_path())),
             ("--json", json, "--sheet", sheet),
         ];
-        let is_json = self.json.as_deref().is_some_and(is_stdout);
-        if is_json && self.target.is_stream() {
-            return Err(Failure::Usage("--json -: standard output takes the mesh already; name a file".into()));
-        }
-        for (flag, path, other, place) in clashes {
-            if let (Some(path), Some(place)) = (path, place)
-                && same_file(path, place)
-            {
-                let text = format!("{flag} {}: the same file as {other}; choose another", path.display());
-                return Err(Failure::Usage(text));
-            }
-        }
-        Ok(())
+        refuse_two_streams(&self.target, self.json.as_deref())?;
+        refuse_clashes(&clashes)
     }
 
     /// Finds out whether all outputs can be written.

@@ -4,11 +4,13 @@
 //! - [`target`], `checks`: where it goes, and what can be refused before the work
 //! - `sets`: what shares an atlas
 //! - `missed`: why a bound was not kept
+//! - [`outputs`]: that they fall on nothing, and appear together
 //! - `unwrap`: the work
 
 mod checks;
 pub mod job;
 mod missed;
+pub mod outputs;
 mod sets;
 pub mod target;
 mod unwrap;

@@ -2,6 +2,7 @@
 
 use super::job::{Job, PartsSource};
 use super::missed::cause;
+use super::outputs::{add_mesh, publish};
 use super::sets::{self, Joined, Set, has_triangle, sets};
 use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
@@ -18,7 +19,7 @@ use crate::mesh::polygons::Mesh;
 use crate::mesh::view::PolygonView;
 use crate::picture::{curves, drawing::Drawing};
 use crate::report::asked::{InputReport, SettingsReport};
-use crate::report::document::{RunReport, StageReport};
+use crate::report::document::{RunReport, StageReport, write_json};
 use crate::report::failed::FailureReport;
 use crate::report::learning::LearningReport;
 use crate::report::parts::{groups, tree};
@@ -26,7 +27,6 @@ use crate::report::result::{ResultReport, SetReport};
 use crate::run::atlas::{self, Atlas};
 use crate::run::parts::{self, MeshParts};
 use crate::run::progress::{Reporter, Show};
-use crate::run::stop::stop_requested;
 use crate::run::threads::Pool;
 use crate::training::map_file;
 use crate::training::trainer::Trainer;
@@ -56,11 +56,11 @@ impl Job {
         };
         let report = FailureReport::new(input, failure);
         if is_stdout(path) {
-            let _ = report.write(&mut stdout().lock());
+            let _ = write_json(&report, &mut stdout().lock());
             return;
         }
         let mut drafts = Drafts::new();
-        let _ = drafts.add("--json", path, |out| report.write(out)).and_then(|()| drafts.publish());
+        let _ = drafts.add("--json", path, |out| write_json(&report, out)).and_then(|()| drafts.publish());
     }
 
     /// The whole run. Gives what was missed of what was asked, with the atlas written.
@@ -96,17 +96,10 @@ impl Job {
 
         let mut drafts = Drafts::new();
         let groups = self.groups.then(|| groups(parts.as_ref(), atlas));
-        let files = loaded.files(&self.target, Mapping { corner_uv: &atlas.corner_uv, groups: groups.as_ref() })?;
+        let mut files = loaded.files(&self.target, Mapping { corner_uv: &atlas.corner_uv, groups: groups.as_ref() })?;
         files.warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
-        warnings.extend(files.warnings);
-        if let Some((path, _)) = files.beside.first().filter(|_| self.target.is_stream()) {
-            let text = format!("it needs {} beside it; name a file, or take --format glb", path.display());
-            return Err(Failure::Usage(format!("-o -: {text}")));
-        }
-        for (path, bytes) in &files.beside {
-            drafts.add_below("-o", path, |out| out.write_all(bytes))?;
-        }
-        drafts.add("-o", &self.target.path, files.main)?;
+        warnings.append(&mut files.warnings);
+        add_mesh(&mut drafts, &self.target, files)?;
         if let Some(path) = &self.sheet {
             for (path, picture) in made.pictures(path, &loaded, &pool) {
                 drafts.add("--sheet", &path, |out| out.write_all(&picture))?;
@@ -142,7 +135,7 @@ impl Job {
             seconds,
             warnings,
         };
-        self.publish(drafts, &report)?;
+        publish(drafts, self.json.as_deref(), &report)?;
         reporter.say(&format!(
             "{}: {} charts, distortion {:.4}, {:.1} % of the square used, {:.2} s",
             self.target.path.display(),
@@ -235,24 +228,6 @@ impl Job {
         let name = self.target.path.display().to_string();
         measure(&name, polygons, Some(exposure), RESOLUTION)
             .map_err(|e| Failure::Unreached(format!("--json: {name} cannot be measured: {e}")))
-    }
-
-    /// Puts the outputs in place, the report last.
-    fn publish(&self, mut drafts: Drafts, report: &RunReport) -> Result<(), Failure> {
-        match &self.json {
-            Some(path) if !is_stdout(path) => drafts.add("--json", path, |out| report.write(out))?,
-            _ => {}
-        }
-        if stop_requested() {
-            return Err(Failure::Stopped);
-        }
-        drafts.publish()?;
-        match &self.json {
-            Some(path) if is_stdout(path) => {
-                report.write(&mut stdout().lock()).map_err(|e| Failure::output("--json", path, &e))
-            }
-            _ => Ok(()),
-        }
     }
 
     /// What to say where the atlas is not what was asked for. It is written all the same.

@@ -58,10 +58,8 @@ impl From<&StageTime> for StageReport {
     }
 }
 
-impl RunReport {
-    /// Writes indented JSON and a line end.
-    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        serde_json::to_writer_pretty(&mut *out, self)?;
-        out.write_all(b"\n")
-    }
+/// Writes a report: indented JSON and a line end.
+pub fn write_json(report: &impl Serialize, out: &mut dyn Write) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut *out, report)?;
+    out.write_all(b"\n")
 }

@@ -2,7 +2,6 @@
 
 use crate::base::failure::Failure;
 use serde::Serialize;
-use std::io::{self, Write};
 use std::path::Path;
 
 /// Why there is no atlas.
@@ -34,11 +33,5 @@ impl FailureReport {
             code: failure.code(),
             error: failure.to_string(),
         }
-    }
-
-    /// Writes indented JSON and a line end.
-    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        serde_json::to_writer_pretty(&mut *out, self)?;
-        out.write_all(b"\n")
     }
 }

@@ -5,7 +5,6 @@ use super::document::StageReport;
 use crate::formats::loaded::Loaded;
 use seamwright_core::transfer::report::TransferReport as Done;
 use serde::Serialize;
-use std::io::{self, Write};
 
 /// The report.
 #[derive(Debug, Serialize)]
@@ -87,12 +86,4 @@ pub fn warnings(source: &Loaded, mesh: &Loaded, done: &Done) -> Vec<String> {
         ));
     }
     all
-}
-
-impl CarriedReport {
-    /// Writes indented JSON and a line end.
-    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        serde_json::to_writer_pretty(&mut *out, self)?;
-        out.write_all(b"\n")
-    }
 }

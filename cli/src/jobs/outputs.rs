@@ -1,0 +1,65 @@
+//! What jobs and commands share of their outputs: none falls on another, all appear together, the report last.
+
+use crate::base::failure::Failure;
+use crate::files::drafts::Drafts;
+use crate::files::paths::{is_stdout, same_file};
+use crate::formats::target::{Files, Target};
+use crate::report::document::write_json;
+use crate::run::stop::stop_requested;
+use serde::Serialize;
+use std::io::stdout;
+use std::path::Path;
+
+/// A flag with its path, and what that path may not be: its name and place.
+pub type Clash<'c> = (&'c str, Option<&'c Path>, &'c str, Option<&'c Path>);
+
+/// Refuses a path that is the same file as another.
+pub fn refuse_clashes(clashes: &[Clash]) -> Result<(), Failure> {
+    for (flag, path, other, place) in clashes {
+        if let (Some(path), Some(place)) = (path, place)
+            && same_file(path, place)
+        {
+            let text = format!("{flag} {}: the same file as {other}; choose another", path.display());
+            return Err(Failure::Usage(text));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a mesh and a report that would both go to standard output.
+pub fn refuse_two_streams(target: &Target, json: Option<&Path>) -> Result<(), Failure> {
+    if json.is_some_and(is_stdout) && target.is_stream() {
+        return Err(Failure::Usage("--json -: standard output takes the mesh already; name a file".into()));
+    }
+    Ok(())
+}
+
+/// Adds the files of a mesh.
+pub fn add_mesh(drafts: &mut Drafts, target: &Target, files: Files) -> Result<(), Failure> {
+    if let Some((path, _)) = files.beside.first().filter(|_| target.is_stream()) {
+        let text = format!("it needs {} beside it; name a file, or take --format glb", path.display());
+        return Err(Failure::Usage(format!("-o -: {text}")));
+    }
+    for (path, bytes) in &files.beside {
+        drafts.add_below("-o", path, |out| out.write_all(bytes))?;
+    }
+    drafts.add("-o", &target.path, files.main)
+}
+
+/// Puts the outputs in place, the report last.
+pub fn publish(mut drafts: Drafts, json: Option<&Path>, report: &impl Serialize) -> Result<(), Failure> {
+    match json {
+        Some(path) if !is_stdout(path) => drafts.add("--json", path, |out| write_json(report, out))?,
+        _ => {}
+    }
+    if stop_requested() {
+        return Err(Failure::Stopped);
+    }
+    drafts.publish()?;
+    match json {
+        Some(path) if is_stdout(path) => {
+            write_json(report, &mut stdout().lock()).map_err(|e| Failure::output("--json", path, &e))
+        }
+        _ => Ok(()),
+    }
+}
