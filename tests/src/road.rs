@@ -1,9 +1,10 @@
 //! The whole road through core with the command's hierarchy, and the judge over what comes out: for the suites that unwrap.
 
+use core::sync::atomic::AtomicBool;
 use glam::DVec2;
 use seamwright::mesh::polygons::Mesh;
 use seamwright::run::hierarchy::ObvhsBuilder;
-use seamwright_core::base::progress::Silent;
+use seamwright_core::base::progress::{Progress, Silent};
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
 use seamwright_core::judge::input::UvMesh;
@@ -36,6 +37,18 @@ pub fn run(
     workers: &dyn Workers,
     more: isize,
 ) -> Result<(Atlas, Report), UnwrapError> {
+    run_told(mesh, settings, workers, more, &mut Silent, &AtomicBool::new(false))
+}
+
+/// As [`run`], with somebody who hears of it and may end it.
+pub fn run_told(
+    mesh: &Mesh,
+    settings: &Settings,
+    workers: &dyn Workers,
+    more: isize,
+    progress: &mut dyn Progress,
+    alarm: &AtomicBool,
+) -> Result<(Atlas, Report), UnwrapError> {
     let need = unwrap_need(&input(mesh), settings, &ObvhsBuilder);
     let mut bytes = vec![0; need.saturating_add_signed(more)];
     let mut atlas = Atlas {
@@ -48,7 +61,8 @@ pub fn run(
         polygon_chart: &mut atlas.polygon_chart,
         exposure: &mut atlas.exposure,
     };
-    let report = unwrap(output, &input(mesh), settings, &ObvhsBuilder, Scratch::new(&mut bytes), workers, &mut Silent)?;
+    let scratch = Scratch::with_alarm(&mut bytes, alarm);
+    let report = unwrap(output, &input(mesh), settings, &ObvhsBuilder, scratch, workers, progress)?;
     Ok((atlas, report))
 }
 

@@ -1,10 +1,9 @@
 //! Training several pieces: less memory trains fewer at a time, and changes no bit.
 
-use core::ops::ControlFlow;
 use glam::{DVec2, DVec3};
 use seamwright::run::hierarchy::ObvhsBuilder;
 use seamwright::run::threads::Pool;
-use seamwright_core::base::progress::{Progress, Stage};
+use seamwright_core::base::progress::{Progress, Stage, Wish};
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::learn::backbone::Widths;
 use seamwright_core::learn::training::{Sample, TrainSettings};
@@ -22,9 +21,9 @@ const STEPS: usize = 8;
 struct Rounds(usize);
 
 impl Progress for Rounds {
-    fn report(&mut self, stage: Stage, _: usize, _: usize) -> ControlFlow<()> {
+    fn report(&mut self, stage: Stage, _: usize, _: usize) -> Wish {
         self.0 += usize::from(stage == Stage::Learn);
-        ControlFlow::Continue(())
+        Wish::GoOn
     }
 }
 

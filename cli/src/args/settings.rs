@@ -4,6 +4,7 @@ use clap::{Args, ValueEnum};
 use seamwright_core::pipeline;
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
+use std::time::Duration;
 
 /// How the atlas is made.
 #[derive(Clone, Copy, Debug, Args)]
@@ -41,6 +42,12 @@ pub struct SettingsArgs {
     /// Seed of every random choice
     #[arg(long, default_value_t = pipeline::Settings::default().seed)]
     pub seed: u64,
+    /// End after about so long with the best valid atlas that can be had by then. The report says after what work, for --work
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub time_limit: Option<f64>,
+    /// End stages after so much counted work: exposure=N,seams=N,pack=N, each where it is wanted. The same bytes on any machine
+    #[arg(long, value_name = "STAGE=N,...", value_parser = work, conflicts_with = "time_limit")]
+    pub work: Option<pipeline::CountedWork>,
 }
 
 /// Charts of each connected piece.
@@ -95,8 +102,21 @@ pub enum HardEdgesArg {
 impl SettingsArgs {
     /// The words on a command line that ask for the same.
     pub fn words(self) -> Vec<String> {
-        let Self { distortion, charts, straighten, packing, prefer, hard_edges, size, padding, rays, search, seed } =
-            self;
+        let Self {
+            distortion,
+            charts,
+            straighten,
+            packing,
+            prefer,
+            hard_edges,
+            size,
+            padding,
+            rays,
+            search,
+            seed,
+            time_limit,
+            work,
+        } = self;
         fn name(value: impl ValueEnum) -> String {
             value.to_possible_value().map(|value| value.get_name().into()).unwrap_or_default()
         }
@@ -113,7 +133,14 @@ impl SettingsArgs {
             ("--search", search.to_string()),
             ("--seed", seed.to_string()),
         ];
-        all.into_iter().flat_map(|(flag, value)| [flag.into(), value]).collect()
+        let limits = [("--time-limit", time_limit.map(|limit| limit.to_string())), ("--work", work.map(work_words))];
+        let limits = limits.into_iter().filter_map(|(flag, value)| Some((flag, value?)));
+        all.into_iter().chain(limits).flat_map(|(flag, value)| [flag.into(), value]).collect()
+    }
+
+    /// The time limit.
+    pub fn limit(self) -> Option<Duration> {
+        self.time_limit.map(Duration::from_secs_f64)
     }
 
     /// As core takes them.
@@ -147,8 +174,42 @@ impl SettingsArgs {
             rays: self.rays,
             search: self.search,
             seed: self.seed,
+            ends_early: self.time_limit.is_some(),
+            work: self.work.unwrap_or(pipeline::CountedWork::ALL),
             ..pipeline::Settings::default()
         }
+    }
+}
+
+/// CountedWork as [`work`] reads it: stages without a limit are left out.
+pub fn work_words(work: pipeline::CountedWork) -> String {
+    let pipeline::CountedWork { exposure, seams, pack } = work;
+    let stages = [("exposure", exposure), ("seams", seams), ("pack", pack)];
+    let stages = stages.iter().filter(|(_, limit)| *limit != u64::MAX);
+    stages.map(|(name, limit)| format!("{name}={limit}")).collect::<Vec<_>>().join(",")
+}
+
+fn work(word: &str) -> Result<pipeline::CountedWork, String> {
+    let mut work = pipeline::CountedWork::ALL;
+    for part in word.split(',') {
+        let (name, limit) = part.split_once('=').ok_or("write for example exposure=4096,seams=200000,pack=1")?;
+        let stage = match name {
+            "exposure" => &mut work.exposure,
+            "seams" => &mut work.seams,
+            "pack" => &mut work.pack,
+            _ => return Err(format!("no stage '{name}' can end early; exposure, seams and pack can")),
+        };
+        *stage = limit.parse().map_err(|_| format!("'{limit}' is no count"))?;
+    }
+    Ok(work)
+}
+
+/// A time that can pass.
+fn seconds(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 && seconds <= 1e7 => Ok(seconds),
+        Ok(_) => Err("write seconds above 0 and up to 10000000".into()),
+        Err(_) => Err("not a number; write for example 2.5".into()),
     }
 }
 

@@ -22,6 +22,7 @@ pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
         method: MethodArg::Neural,
         learning: Some(map_file::read(&args.map)?),
         settings: args.settings.to_core(),
+        limit: args.settings.limit(),
         group: GroupArg::Scene,
         parts: PartsSource::Shape(PartsArg::Off),
         groups: false,

@@ -30,6 +30,7 @@ pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
         method: MethodArg::Exact,
         learning: None,
         settings: Settings::default(),
+        limit: None,
         group: GroupArg::Scene,
         parts: PartsSource::Shape(PartsArg::Off),
         groups: false,

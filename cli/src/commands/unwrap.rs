@@ -21,6 +21,7 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
         method: args.method,
         learning: trainer(args)?,
         settings: args.settings.to_core(),
+        limit: args.settings.limit(),
         group: args.group,
         parts: args.labels.clone().map_or(PartsSource::Shape(args.parts), PartsSource::File),
         groups: args.groups,

@@ -9,6 +9,7 @@ use crate::mesh::polygons::Mesh;
 use crate::mesh::triangles::of_mesh;
 use crate::run::hierarchy::ObvhsBuilder;
 use glam::{DVec3, Vec3};
+use seamwright_core::base::progress::Wish;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
 use seamwright_core::mesh::normals::{NormalWeight, vertex_normals};
@@ -17,7 +18,6 @@ use seamwright_core::mesh::weld::{weld, weld_need};
 use seamwright_core::rays::bvh::BvhError;
 use seamwright_core::rays::cast::Scene;
 use seamwright_core::rays::exposure::{ExposureSettings, exposure, exposure_need};
-use std::ops::ControlFlow;
 
 /// Points between two reports.
 const SLICE: usize = 4096;
@@ -38,7 +38,7 @@ pub fn vertex_exposure(
     weighting: Weighting,
     rays: usize,
     workers: &dyn Workers,
-    report: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
+    report: &mut dyn FnMut(usize, usize) -> Wish,
 ) -> Result<Vec<f32>, ExposureError> {
     let (place, points) = points(&mesh.positions)?;
     let corners: Vec<u32> = mesh.corners.iter().map(|v| place[*v as usize]).collect();
@@ -53,7 +53,7 @@ pub fn vertex_exposure(
     let scene = Scene::new(&points, &faces, &ObvhsBuilder, &mut scratch).map_err(ExposureError::Tree)?;
     let mut open = vec![0.0; points.len()];
     for first in (0..points.len()).step_by(SLICE) {
-        if report(first, points.len()).is_break() {
+        if report(first, points.len()) == Wish::Stop {
             return Err(ExposureError::Stopped);
         }
         let slice = first..(first + SLICE).min(points.len());
@@ -95,7 +95,7 @@ mod tests {
     use seamwright_core::base::workers::Serial;
 
     fn exposed(mesh: &Mesh, weighting: Weighting) -> Vec<f32> {
-        vertex_exposure(mesh, weighting, 4096, &Serial, &mut |_, _| ControlFlow::Continue(())).unwrap()
+        vertex_exposure(mesh, weighting, 4096, &Serial, &mut |_, _| Wish::GoOn).unwrap()
     }
 
     /// Two squares that meet along the y axis at an angle of `degrees`, their inside up, and vertex 8 on the floor near
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn the_report_can_stop_the_run() {
-        let result = vertex_exposure(&valley(90.0), Weighting::Cosine, 8, &Serial, &mut |_, _| ControlFlow::Break(()));
+        let result = vertex_exposure(&valley(90.0), Weighting::Cosine, 8, &Serial, &mut |_, _| Wish::Stop);
         assert_eq!(result, Err(ExposureError::Stopped));
     }
 }

@@ -7,7 +7,7 @@ use crate::args::method::MethodArg;
 use crate::base::failure::Failure;
 use crate::files::drafts;
 use crate::files::paths::{has_stdout, is_stdout};
-use seamwright_core::pipeline::Settings;
+use seamwright_core::pipeline::{CountedWork, Settings};
 use std::fs;
 use std::path::Path;
 
@@ -23,6 +23,11 @@ impl Job {
         if self.group != GroupArg::Scene && self.method != MethodArg::Exact {
             let text = "one atlas is learned at a time; leave it out, or take --method exact";
             return Err(Failure::Usage(format!("--group {}: {text}", self.group.name())));
+        }
+        let limits = [("--time-limit", self.limit.is_some()), ("--work", self.settings.work != CountedWork::ALL)];
+        if let Some((flag, _)) = limits.iter().find(|(_, is_given)| *is_given && self.method != MethodArg::Exact) {
+            let text = "only --method exact ends early; --steps shortens a training";
+            return Err(Failure::Usage(format!("{flag}: {text}")));
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ use crate::formats::target::Target;
 use crate::training::trainer::Trainer;
 use seamwright_core::pipeline::Settings;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Everything that a run needs but the mesh.
 pub struct Job {
@@ -28,6 +29,8 @@ pub struct Job {
     pub learning: Option<Trainer>,
     /// How the atlas is made.
     pub settings: Settings,
+    /// When it should be made.
+    pub limit: Option<Duration>,
     /// What shares an atlas.
     pub group: GroupArg,
     /// Where parts come from.

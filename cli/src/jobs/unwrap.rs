@@ -31,6 +31,7 @@ use crate::run::threads::Pool;
 use crate::training::map_file;
 use crate::training::trainer::Trainer;
 use seamwright_core::judge::measure::RESOLUTION;
+use seamwright_core::pipeline::CountedWork;
 use std::io::stdout;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -68,6 +69,9 @@ impl Job {
         let start = Instant::now();
         let loaded = load()?;
         let mut reporter = Reporter::new(Show::fitting(self.run.quiet));
+        if let Some(limit) = self.limit {
+            reporter.limit(start, limit);
+        }
         let mut warnings = loaded.warnings().to_vec();
         warnings.extend(loaded.check(&self.target)?);
         let pool = Pool::new(self.run.threads.map(usize::from))
@@ -85,6 +89,11 @@ impl Job {
         }
         let stages = reporter.finish().iter().map(StageReport::from).collect();
         let result = ResultReport::new(atlas);
+        if let Some(work) = result.ended_early.as_ref().filter(|_| self.limit.is_some()) {
+            let text = format!("time was up before the best was found; --work {work} gives the same atlas again");
+            reporter.say(&format!("warning: {}: {text}", loaded.path.display()));
+            warnings.push(text);
+        }
         for warning in result.warnings() {
             reporter.say(&format!("warning: {}: {warning}", loaded.path.display()));
             warnings.push(warning);
@@ -93,6 +102,8 @@ impl Job {
         warnings.extend(made.empty.clone());
         let missed = made.all(&loaded).find_map(|(mesh, atlas)| self.missed(mesh, atlas));
         warnings.extend(missed.clone());
+        // Whoever limits the time or the work has asked for what can be had by then.
+        let missed = missed.filter(|_| self.limit.is_none() && self.settings.work == CountedWork::ALL);
 
         let mut drafts = Drafts::new();
         let groups = self.groups.then(|| groups(parts.as_ref(), atlas));
@@ -121,6 +132,7 @@ impl Job {
                 parts: self.parts.name(),
                 group: self.group.name(),
                 uv_set: self.target.uv_set,
+                time_limit: self.limit.map(|limit| limit.as_secs_f64()),
                 ..SettingsReport::new(self.method, &self.settings, self.keep_seams, pool.count())
             },
             result,

@@ -1,8 +1,9 @@
 //! What went in and what was asked, for the report.
 
 use crate::args::method::MethodArg;
+use crate::args::settings::work_words;
 use crate::formats::loaded::Loaded;
-use seamwright_core::pipeline::{Charts, Packing, Settings, Straighten};
+use seamwright_core::pipeline::{Charts, CountedWork, Packing, Settings, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
 use serde::Serialize;
@@ -38,6 +39,8 @@ pub struct SettingsReport {
     pub rays: u32,
     pub search: u32,
     pub seed: u64,
+    pub time_limit: Option<f64>,
+    pub work: Option<String>,
     pub group: &'static str,
     pub uv_set: u32,
     pub parts: String,
@@ -92,6 +95,8 @@ impl SettingsReport {
             rays: settings.rays,
             search: settings.search,
             seed: settings.seed,
+            time_limit: None,
+            work: (settings.work != CountedWork::ALL).then(|| work_words(settings.work)),
             group: "scene",
             uv_set: 0,
             parts: "off".into(),

@@ -1,5 +1,6 @@
 //! What came out, for the report, and what the user should know of it.
 
+use crate::args::settings::work_words;
 use crate::figures::record::AtlasRecord;
 use crate::run::atlas::Atlas;
 use seamwright_core::mesh::repair::RepairSummary;
@@ -22,6 +23,8 @@ pub struct ResultReport {
     pub forbidden_cuts: usize,
     /// What was repaired in the working copy.
     pub repaired: RepairReport,
+    /// Where stages ended early, as `--work` takes it.
+    pub ended_early: Option<String>,
 }
 
 /// One of several atlases.
@@ -69,6 +72,7 @@ impl ResultReport {
             overlapping: report.overlapping,
             forbidden_cuts: report.forbidden_cuts,
             repaired: RepairReport::from(&report.repaired),
+            ended_early: report.ended_early.map(work_words),
         }
     }
 

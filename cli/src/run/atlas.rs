@@ -4,7 +4,7 @@ use super::errors::refusal;
 use super::hierarchy::ObvhsBuilder;
 use super::memory::with_enough;
 use super::progress::Reporter;
-use super::stop::stop_requested;
+use super::stop::{alarm, stop_requested};
 use crate::args::method::MethodArg;
 use crate::base::failure::Failure;
 use crate::formats::loaded::Loaded;
@@ -74,7 +74,7 @@ pub fn make_by(
                 &input,
                 settings,
                 &ObvhsBuilder,
-                Scratch::new(bytes),
+                Scratch::with_alarm(bytes, alarm()),
                 workers,
                 progress,
             );
@@ -85,7 +85,16 @@ pub fn make_by(
             MethodArg::Neural => Method::Neural(&mut learning),
             MethodArg::Hybrid => Method::Hybrid(&mut learning),
         };
-        let report = unwrap_by(by, output, &input, settings, &ObvhsBuilder, Scratch::new(bytes), workers, progress);
+        let report = unwrap_by(
+            by,
+            output,
+            &input,
+            settings,
+            &ObvhsBuilder,
+            Scratch::with_alarm(bytes, alarm()),
+            workers,
+            progress,
+        );
         trainer.summary = learning.summary;
         report
     })?;

@@ -2,9 +2,10 @@
 //!
 //! - [`atlas`], [`parts`], [`transferred`]: what core makes of a loaded mesh
 //! - `memory`, [`threads`], [`hierarchy`]: what it works with
-//! - [`progress`], [`stop`], `errors`: what the user sees of it, says to it and hears of its failures
+//! - [`progress`], [`stop`], [`deadline`], `errors`: what the user sees of it, says to it and hears of its failures
 
 pub mod atlas;
+pub mod deadline;
 mod errors;
 pub mod hierarchy;
 pub mod memory;

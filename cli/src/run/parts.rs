@@ -4,6 +4,7 @@ use super::errors::refusal;
 use super::hierarchy::ObvhsBuilder;
 use super::memory::with_enough;
 use super::progress::Reporter;
+use super::stop::alarm;
 use crate::base::failure::Failure;
 use crate::formats::labels::of_faces::Labels;
 use crate::formats::loaded::Loaded;
@@ -59,7 +60,7 @@ fn run(loaded: &Loaded, source: Source, workers: &dyn Workers, progress: &mut Re
     let (mut part, mut diameter) = (vec![0; mesh.polygon_count()], vec![0.0; mesh.polygon_count()]);
     let result = with_enough(parts_of_polygons_need(&input, &ObvhsBuilder), |bytes| {
         let out = polygons::Parts { part: &mut part, diameter: &mut diameter };
-        parts_of_polygons(out, &input, source, &ObvhsBuilder, Scratch::new(bytes), workers, progress)
+        parts_of_polygons(out, &input, source, &ObvhsBuilder, Scratch::with_alarm(bytes, alarm()), workers, progress)
     })?;
     let count = result.map_err(|e| refusal(loaded, e))?;
     Ok(MeshParts { part, diameter, count, names: None })

@@ -2,10 +2,10 @@
 //!
 //! Everything goes to standard error, so that standard output holds data alone.
 
-use super::stop::{stop_requested, take_stop};
-use core::ops::ControlFlow;
+use super::deadline::Deadlines;
+use super::stop::{alarm, is_unwanted, shorten, stop_requested, take_stop};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use seamwright_core::base::progress::{Progress, Stage};
+use seamwright_core::base::progress::{Progress, Stage, Wish};
 use std::io::{IsTerminal, Write, stderr};
 use std::time::{Duration, Instant};
 
@@ -38,6 +38,7 @@ pub struct Reporter {
     current: Option<(Stage, Instant)>,
     times: Vec<StageTime>,
     note: String,
+    deadlines: Option<Deadlines>,
 }
 
 /// How long a stage took, all its visits together.
@@ -57,7 +58,12 @@ impl Reporter {
         if let Ok(style) = ProgressStyle::with_template("{prefix:9} [{bar:32}] {percent:>3} %  {elapsed} {msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
-        Self { show, bar, current: None, times: Vec::new(), note: String::new() }
+        Self { show, bar, current: None, times: Vec::new(), note: String::new(), deadlines: None }
+    }
+
+    /// Stages end so that the run, which began at `start`, may end after `limit`.
+    pub fn limit(&mut self, start: Instant, limit: Duration) {
+        self.deadlines = Some(Deadlines::new(start, limit, alarm(), is_unwanted));
     }
 
     /// Ends the last stage and gives the times, in the order of each stage's first report.
@@ -89,19 +95,30 @@ impl Reporter {
 }
 
 impl Progress for Reporter {
-    fn report(&mut self, stage: Stage, done: usize, total: usize) -> ControlFlow<()> {
+    fn report(&mut self, stage: Stage, done: usize, total: usize) -> Wish {
         if self.current.is_none_or(|(current, _)| current != stage) {
             self.end_stage();
             self.current = Some((stage, Instant::now()));
             self.bar.set_prefix(stage.name());
             self.bar.set_message("");
             self.note.clear();
+            // Training ends early with what it has, and the run goes on.
+            shorten(stage == Stage::Learn);
+            if let Some(deadlines) = &mut self.deadlines {
+                deadlines.enter(stage);
+            }
         }
         self.bar.set_length(total as u64);
         self.bar.set_position(done as u64);
-        // Training ends early with what it has, and the run goes on: the wish is granted.
-        let stops = if stage == Stage::Learn { take_stop() } else { stop_requested() };
-        if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        // The wish to end training is granted with that.
+        if if stage == Stage::Learn { take_stop() } else { stop_requested() } {
+            return Wish::Stop;
+        }
+        let Some(deadlines) = &mut self.deadlines else { return Wish::GoOn };
+        if done == total {
+            deadlines.leave();
+        }
+        if deadlines.is_up() { Wish::Finish } else { Wish::GoOn }
     }
 
     fn note(&mut self, text: core::fmt::Arguments) {
@@ -122,7 +139,7 @@ mod tests {
     fn a_stage_that_comes_back_is_counted_once() {
         let mut reporter = Reporter::new(Show::Nothing);
         for stage in [Stage::Cut, Stage::Flatten, Stage::Cut] {
-            assert_eq!(reporter.report(stage, 0, 1), ControlFlow::Continue(()));
+            assert_eq!(reporter.report(stage, 0, 1), Wish::GoOn);
         }
         let names: Vec<_> = reporter.finish().iter().map(|t| t.stage).collect();
         assert_eq!(names, ["cut", "flatten"]);

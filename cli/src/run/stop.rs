@@ -6,6 +6,12 @@ use core::sync::atomic::{AtomicBool, Ordering};
 /// Set by Ctrl-C; asked at every report.
 static STOP: AtomicBool = AtomicBool::new(false);
 
+/// Core's alarm: what is under way is to be thrown away.
+static ALARM: AtomicBool = AtomicBool::new(false);
+
+/// Set while a wish to stop only shortens what is under way.
+static SHORTENS: AtomicBool = AtomicBool::new(false);
+
 /// Set in the environment of a process whose standard input is a pipe from the process that watches it.
 pub const FOLLOWS: &str = "SEAMWRIGHT_FOLLOWS";
 
@@ -15,6 +21,9 @@ pub fn listen_for_stop() {
     let _ = ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(Failure::Stopped.code()));
+        }
+        if !SHORTENS.load(Ordering::Relaxed) {
+            ALARM.store(true, Ordering::Relaxed);
         }
     });
     if std::env::var_os(FOLLOWS).is_some() {
@@ -29,6 +38,21 @@ pub fn listen_for_stop() {
 /// Whether the user asked to stop.
 pub fn stop_requested() -> bool {
     STOP.load(Ordering::Relaxed)
+}
+
+/// What core looks at ([`Scratch::with_alarm`](seamwright_core::base::scratch::Scratch::with_alarm)).
+pub fn alarm() -> &'static AtomicBool {
+    &ALARM
+}
+
+/// Whether the user wants nothing of what is under way.
+pub(super) fn is_unwanted() -> bool {
+    stop_requested() && !SHORTENS.load(Ordering::Relaxed)
+}
+
+/// Says whether a wish to stop only shortens what begins now.
+pub(super) fn shorten(shortens: bool) {
+    SHORTENS.store(shortens, Ordering::Relaxed);
 }
 
 /// Whether the user asked to stop, who is taken to have been answered then.

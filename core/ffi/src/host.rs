@@ -4,9 +4,8 @@
 
 use crate::types::SeamwrightHost;
 use core::ffi::{CStr, c_void};
-use core::ops::ControlFlow;
 use core::ptr;
-use seamwright_core::base::progress::{Progress, Stage};
+use seamwright_core::base::progress::{Progress, Stage, Wish};
 use seamwright_core::base::workers::{Serial, Workers};
 
 /// What the caller offers, or nothing.
@@ -47,11 +46,11 @@ impl Workers for Host {
 pub struct Listener<'a>(pub &'a Host);
 
 impl Progress for Listener<'_> {
-    fn report(&mut self, stage: Stage, done: usize, total: usize) -> ControlFlow<()> {
+    fn report(&mut self, stage: Stage, done: usize, total: usize) -> Wish {
         let SeamwrightHost { user, progress, .. } = self.0.0;
         match progress.map_or(0, |tell| tell(user, name(stage).as_ptr(), done, total)) {
-            0 => ControlFlow::Continue(()),
-            _ => ControlFlow::Break(()),
+            0 => Wish::GoOn,
+            _ => Wish::Stop,
         }
     }
 }

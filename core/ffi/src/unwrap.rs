@@ -194,6 +194,7 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         prefer,
         search,
         seed,
+        ..Settings::default()
     };
     let checks = [
         (distortion > 1.0 && distortion.is_finite(), SEAMWRIGHT_BAD_DISTORTION),

@@ -2,6 +2,7 @@
 
 pub mod buckets;
 pub mod heap;
+pub mod pace;
 pub mod progress;
 pub mod random;
 pub mod real;

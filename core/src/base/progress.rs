@@ -1,6 +1,4 @@
-//! Progress reports out of core, and the caller's wish to stop into it.
-
-use core::ops::ControlFlow;
+//! Progress reports out of core, and the caller's wish to end into it.
 
 /// What the run is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,10 +40,25 @@ impl Stage {
     }
 }
 
-/// Receives reports; its answer can stop the run.
+/// What the caller wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wish {
+    /// All that there is to do.
+    GoOn,
+    /// What can be had of this stage by now, if it is one that can end early (exposure, seams, pack); the others go on.
+    Finish,
+    /// Nothing: the run ends without a result as soon as it can.
+    Stop,
+}
+
+/// Receives reports; its answer can end the run.
+///
+/// A caller whose wish changes while core is busy sets the alarm that came with the [scratch](super::scratch::Scratch::with_alarm): core
+/// then reports soon, and has to hear `Finish` or `Stop`. Before it answers `Finish`, the caller takes the alarm back, so that
+/// what is there can be made an atlas.
 pub trait Progress {
-    /// `done` of `total` steps of `stage` are finished. `Break` asks the run to stop as soon as it can.
-    fn report(&mut self, stage: Stage, done: usize, total: usize) -> ControlFlow<()>;
+    /// `done` of `total` steps of `stage` are finished.
+    fn report(&mut self, stage: Stage, done: usize, total: usize) -> Wish;
 
     /// Something that changes while a stage goes on, for people. Nobody has to listen.
     fn note(&mut self, _text: core::fmt::Arguments) {}
@@ -57,14 +70,14 @@ pub struct Stopped;
 
 /// Tells the caller how far a stage is, who may stop the run.
 pub fn tell(progress: &mut dyn Progress, stage: Stage, done: usize, total: usize) -> Result<(), Stopped> {
-    if progress.report(stage, done, total).is_break() { Err(Stopped) } else { Ok(()) }
+    if progress.report(stage, done, total) == Wish::Stop { Err(Stopped) } else { Ok(()) }
 }
 
 /// Nobody listens.
 pub struct Silent;
 
 impl Progress for Silent {
-    fn report(&mut self, _: Stage, _: usize, _: usize) -> ControlFlow<()> {
-        ControlFlow::Continue(())
+    fn report(&mut self, _: Stage, _: usize, _: usize) -> Wish {
+        Wish::GoOn
     }
 }

@@ -2,11 +2,14 @@
 //!
 //! [`Scratch::take`] hands out zeroed typed slices; [`Scratch::frame`] opens a scope whose memory comes back when
 //! the frame is dropped. Safe Rust only: `mem::take`, splitting of slices and `bytemuck` casts.
+//! A scratch may carry an alarm: once that is set every request is refused, which ends a stage within its next few steps. What was
+//! under way is then thrown away.
 //! Limits: a slice is aligned by skipping bytes, so a frame may use up to `align - 1` bytes more a slice than its data.
 
 use super::slices::take_first;
 use bytemuck::{Pod, pod_align_to_mut};
 use core::mem::{align_of, size_of, take};
+use core::sync::atomic::{AtomicBool, Ordering};
 
 /// Alignment that [`bytes_for`] assumes for every slice: the largest that a stage uses.
 pub const ALIGN: usize = 16;
@@ -20,8 +23,21 @@ pub struct ScratchTooSmall {
     pub given: usize,
 }
 
+impl ScratchTooSmall {
+    /// Not memory was missing: the alarm is set.
+    pub const ALARM: Self = Self { need: usize::MAX, given: usize::MAX };
+
+    /// Whether the request was refused because of the alarm.
+    pub fn is_alarm(&self) -> bool {
+        *self == Self::ALARM
+    }
+}
+
 impl core::fmt::Display for ScratchTooSmall {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        if self.is_alarm() {
+            return write!(f, "interrupted");
+        }
         write!(f, "scratch memory too small: {} bytes needed, {} given", self.need, self.given)
     }
 }
@@ -33,15 +49,47 @@ pub const fn bytes_for<T>(count: usize) -> usize {
     count.saturating_mul(size_of::<T>()).saturating_add(ALIGN)
 }
 
+/// Says whether what is under way will be thrown away.
+#[derive(Clone, Copy)]
+pub struct Alarm<'a>(Option<&'a AtomicBool>);
+
+impl Alarm<'_> {
+    /// Whether it is set.
+    pub fn is_set(self) -> bool {
+        self.0.is_some_and(|alarm| alarm.load(Ordering::Relaxed))
+    }
+
+    /// Fails where it is set.
+    pub fn check(self) -> Result<(), ScratchTooSmall> {
+        if self.is_set() { Err(ScratchTooSmall::ALARM) } else { Ok(()) }
+    }
+}
+
 /// A bump allocator over the caller's bytes.
 pub struct Scratch<'a> {
     free: &'a mut [u8],
+    alarm: Option<&'a AtomicBool>,
 }
 
 impl<'a> Scratch<'a> {
     /// All of `bytes` is free.
     pub fn new(bytes: &'a mut [u8]) -> Self {
-        Self { free: bytes }
+        Self { free: bytes, alarm: None }
+    }
+
+    /// All of `bytes` is free until `alarm` is set, from whatever thread.
+    pub fn with_alarm(bytes: &'a mut [u8], alarm: &'a AtomicBool) -> Self {
+        Self { free: bytes, alarm: Some(alarm) }
+    }
+
+    /// Fails once the alarm is set: for loops that take long without asking for memory.
+    pub fn look_up(&self) -> Result<(), ScratchTooSmall> {
+        self.alarm().check()
+    }
+
+    /// The alarm, for tasks that have no scratch.
+    pub fn alarm(&self) -> Alarm<'a> {
+        Alarm(self.alarm)
     }
 
     /// Free bytes left.
@@ -51,6 +99,7 @@ impl<'a> Scratch<'a> {
 
     /// Fails unless `need` bytes are free. A stage calls it before it writes anything.
     pub fn require(&self, need: usize) -> Result<(), ScratchTooSmall> {
+        self.look_up()?;
         if self.free.len() < need { Err(ScratchTooSmall { need, given: self.free.len() }) } else { Ok(()) }
     }
 
@@ -84,6 +133,7 @@ impl<'a> Scratch<'a> {
         &mut self,
         write: impl FnOnce(&mut [T]) -> Option<usize>,
     ) -> Result<&'a mut [T], ScratchTooSmall> {
+        self.look_up()?;
         let given = self.free.len();
         // What is left at the end for less than one T is given up.
         let (_, mut values, _) = pod_align_to_mut(take(&mut self.free));
@@ -99,12 +149,12 @@ impl<'a> Scratch<'a> {
     /// Splits off `bytes` free bytes as an allocator of their own, for a task that runs beside this one.
     pub fn split(&mut self, bytes: usize) -> Result<Scratch<'a>, ScratchTooSmall> {
         self.require(bytes)?;
-        Ok(Scratch { free: take_first(&mut self.free, bytes) })
+        Ok(Scratch { free: take_first(&mut self.free, bytes), alarm: self.alarm })
     }
 
     /// A scope: what it takes comes back when it ends.
     pub fn frame(&mut self) -> Scratch<'_> {
-        Scratch { free: self.free }
+        Scratch { free: self.free, alarm: self.alarm }
     }
 }
 
@@ -133,6 +183,22 @@ mod tests {
         let a = scratch.take_filled::<u8>(3, 7).unwrap();
         let b = scratch.take_filled::<f64>(4, 1.5).unwrap();
         assert_eq!((a, b), (&mut [7u8; 3][..], &mut [1.5; 4][..]));
+    }
+
+    #[test]
+    fn nothing_is_handed_out_once_the_alarm_is_set() {
+        let (mut bytes, alarm) = ([0u8; 64], AtomicBool::new(false));
+        let mut scratch = Scratch::with_alarm(&mut bytes, &alarm);
+        assert!(scratch.take::<u8>(1).is_ok() && scratch.look_up().is_ok());
+        let mut part = scratch.split(16).unwrap();
+        alarm.store(true, Ordering::Relaxed);
+        let refused = Some(ScratchTooSmall::ALARM);
+        assert_eq!(part.take::<u8>(1).err(), refused);
+        assert_eq!(scratch.frame().fill::<u8>(|_| Some(1)).err(), refused);
+        assert_eq!(scratch.split(0).err(), refused);
+        assert!(scratch.alarm().is_set());
+        alarm.store(false, Ordering::Relaxed);
+        assert!(part.take::<u8>(1).is_ok());
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::order::order_charts;
 use super::settle::settle;
 use super::snap::{close_slits, packing_step, part_touching, straighten, uv_area};
 use super::upright::directions;
-use crate::base::progress::{Progress, Stage, Stopped, tell};
+use crate::base::progress::{Progress, Stage, Stopped, Wish, tell};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
@@ -22,7 +22,7 @@ use crate::mesh::working::Working;
 use crate::pack::flat_charts::FlatCharts;
 use crate::pack::layout::pack;
 use crate::pack::placement::Placement;
-use crate::pack::settings::PackSettings;
+use crate::pack::settings::{PackSettings, PackSummary};
 use crate::plane::grid::{GRID_BITS, GridPoint, GridTriangle};
 use crate::plane::overlap::overlaps;
 use crate::search::split::{Split, split_overlaps};
@@ -68,6 +68,8 @@ pub struct Placing<'p> {
     pub parts: Option<&'p [u32]>,
     /// How charts are packed.
     pub packing: PackSettings,
+    /// Improvements at the most, over all attempts.
+    pub steps: u64,
     /// Whether what overlaps is split and packed anew, not only counted.
     pub mends: bool,
 }
@@ -85,6 +87,8 @@ pub struct PlaceSummary {
     pub flipped: usize,
     /// Faces that overlap another on the grid.
     pub overlapping: usize,
+    /// Improvements in packing, where that ended early.
+    pub steps: Option<u64>,
 }
 
 /// Why there is no atlas.
@@ -126,15 +130,18 @@ pub fn place(
     let AtlasOutput { corner_uv, polygon_chart } = out;
     let faces = placing.working.faces.len();
     let mut done = PlaceSummary::default();
+    let mut steps = StepCount { left: placing.steps, ..StepCount::default() };
     for attempt in 0..ATTEMPTS {
-        tell(progress, Stage::Pack, attempt, ATTEMPTS)?;
+        steps.ask(progress, attempt)?;
         let mut frame = scratch.frame();
         let numbers = Numbers::new(cut, placing, &mut frame)?;
         let along = frame.take::<DVec2>(numbers.charts)?;
         directions(along, uv, cut, numbers.chart, placing.pieces, frame.frame())?;
         settle(uv, numbers.chart, along, frame.frame())?;
         let area = uv_area(uv);
-        let packed = pack_charts(uv, &numbers, along, area, attempt, &placing.packing, &mut frame, workers)?;
+        let packing = PackSettings { steps: steps.left.min(u64::from(u32::MAX)) as u32, ..placing.packing };
+        let packed = pack_charts(uv, &numbers, along, area, attempt, &packing, &mut frame, workers)?;
+        steps.count(&packed.summary, progress, attempt)?;
         let grid = frame.take::<GridPoint>(numbers.nodes)?;
         done.flipped = onto_grid(grid, uv, cut, &numbers, &packed, placing, frame.frame())?;
         let triangles = frame.take::<GridTriangle>(faces)?;
@@ -151,7 +158,7 @@ pub fn place(
             uv[slot] = grid[*n as usize].uv(GRID_BITS) / packed.placement(&numbers, slot).scale.max(1e-300);
         }
         done.chart_count = numbers.charts;
-        done.utilisation = packed.utilisation;
+        done.utilisation = packed.summary.utilisation;
         done.distortion = distortion(uv, placing.pieces.rest());
         if !placing.mends {
             break;
@@ -166,9 +173,39 @@ pub fn place(
         mend(uv, cut, failing, attempt < SPLITTING, area, placing.pieces, frame, workers)?;
     }
     tell(progress, Stage::Check, ATTEMPTS, ATTEMPTS)?;
+    done.steps = (steps.left == 0).then_some(steps.done);
     match done.overlapping {
         faces if faces > 0 && placing.mends => Err(PlaceError::Overlap { faces }),
         _ => Ok(done),
+    }
+}
+
+/// Improvements in packing over all attempts.
+#[derive(Default)]
+struct StepCount {
+    left: u64,
+    done: u64,
+}
+
+impl StepCount {
+    /// Tells the caller that charts are packed, who may want no more improvements.
+    fn ask(&mut self, progress: &mut dyn Progress, attempt: usize) -> Result<(), Stopped> {
+        match progress.report(Stage::Pack, attempt, ATTEMPTS) {
+            Wish::GoOn => {}
+            Wish::Finish => self.left = 0,
+            Wish::Stop => return Err(Stopped),
+        }
+        Ok(())
+    }
+
+    fn count(&mut self, summary: &PackSummary, progress: &mut dyn Progress, attempt: usize) -> Result<(), Stopped> {
+        self.done += u64::from(summary.steps);
+        self.left -= u64::from(summary.steps).min(self.left);
+        if summary.is_broken {
+            self.left = 0;
+            return self.ask(progress, attempt);
+        }
+        Ok(())
     }
 }
 
@@ -200,7 +237,7 @@ struct Packed<'f> {
     placements: &'f [Placement], // (charts)
     /// What packing has not seen of a chart may stick out of the square by so much.
     margin: f64,
-    utilisation: f64,
+    summary: PackSummary,
 }
 
 impl Packed<'_> {
@@ -234,9 +271,9 @@ fn pack_charts<'f>(
     let shapes = FlatCharts { uv: points, faces: numbers.node, chart: numbers.chart, count: numbers.charts, upright };
     let share = if attempt < CAREFUL { 1.0 } else { LATER_EFFORT };
     let packing = PackSettings { effort: asked.effort * share, ..*asked };
-    let packed = pack(placements, &shapes, &packing, keep, workers)?;
+    let summary = pack(placements, &shapes, &packing, keep, workers)?;
     let margin = step * placements.iter().fold(0.0, |m, p| p.scale.max(m));
-    Ok(Packed { placements, margin, utilisation: packed.utilisation })
+    Ok(Packed { placements, margin, summary })
 }
 
 /// Share of the square that the charts fill when they are packed with `effort` times the effort asked for.
@@ -255,7 +292,8 @@ pub fn pack_now(
     let turned = scratch.take::<DVec2>(uv.len())?;
     turned.copy_from(uv);
     settle(turned, numbers.chart, along, scratch.frame())?;
-    Ok(pack_charts(turned, &numbers, along, uv_area(uv), 0, &asked, &mut scratch, workers)?.utilisation)
+    let summary = pack_charts(turned, &numbers, along, uv_area(uv), 0, &asked, &mut scratch, workers)?.summary;
+    if summary.is_broken { Err(ScratchTooSmall::ALARM) } else { Ok(summary.utilisation) }
 }
 
 /// Rounds the placed charts to the grid; returns how many faces are not counter-clockwise there.

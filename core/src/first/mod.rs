@@ -6,4 +6,5 @@ pub mod disks;
 pub mod halving;
 pub mod handles;
 mod joining;
+pub mod projection;
 mod tips;

@@ -58,6 +58,9 @@ pub const fn decimate_need(vertices: usize, faces: usize) -> usize {
         .saturating_add(bytes_for::<u8>(vertices))
 }
 
+/// The alarm is looked at once in so many vertices and one, a power of two.
+const LOOK: u32 = (1 << 12) - 1;
+
 /// Collapses edges until at most `target` faces are left, or no collapse is allowed.
 ///
 /// `mesh` is an oriented manifold in the unit box, `twin` its adjacency, `hard` a flag a half-edge, the same for twins. Of `faces` (as long as the mesh's), `vertex`
@@ -99,6 +102,9 @@ pub fn decimate(
     let mut heap = Heap::new(scratch.take(n)?, scratch.take(n)?, scratch.take(n)?);
     let mut ring = Ring::default();
     for v in 0..n as u32 {
+        if v & LOOK == 0 {
+            scratch.look_up()?;
+        }
         work.refresh(v, &mut ring, &mut heap);
     }
     let (mut live, mut collapses) = (mesh.faces.len(), 0);
@@ -108,6 +114,9 @@ pub fn decimate(
         if work.state[u as usize] == STALE {
             work.refresh(u, &mut ring, &mut heap);
             continue;
+        }
+        if collapses & LOOK as usize == 0 {
+            scratch.look_up()?;
         }
         work.state[u as usize] = OUT;
         let collapse = work.best[u as usize];

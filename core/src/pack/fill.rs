@@ -14,7 +14,7 @@ use super::placement::{Gap, Pose};
 use super::settings::is_sketch;
 use crate::base::real;
 use crate::base::room::Room;
-use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::scratch::{Alarm, Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::base::workers::{Workers, for_each_chunk};
@@ -87,6 +87,7 @@ struct FillLane<'a> {
     trial: &'a mut [Pose],
     order: &'a mut [u32],
     deepest: &'a mut [f64], // (k): largest `half` from this place in the order on
+    alarm: Alarm<'a>,
     mask: Mask<'a>,
     board: Board<'a>,
 }
@@ -123,6 +124,7 @@ pub(super) fn improve(
     }
     let &FillPlan { raster, turns, lanes: lane_count, .. } = plan(count, effort);
     let mut frame = scratch.frame();
+    let alarm = frame.alarm();
     let upright = frame.take::<f64>(count)?;
     let half = frame.take::<f64>(count)?;
     for chart in 0..count {
@@ -141,6 +143,7 @@ pub(super) fn improve(
             trial: frame.take(count)?,
             order: frame.take(count)?,
             deepest: frame.take(count)?,
+            alarm,
             mask: Mask::new(raster, &mut frame)?,
             board: Board::new(raster, &mut frame)?,
         };
@@ -150,6 +153,7 @@ pub(super) fn improve(
     for_each_chunk(workers, &mut lanes, 1, &|_, lane| {
         lane.iter_mut().for_each(|l| l.search(outlines, upright, gap, turns))
     });
+    alarm.check()?;
     let mut found = false;
     for lane in &lanes {
         if lane.side < side.min(fixed.room) {
@@ -217,6 +221,9 @@ impl FillLane<'_> {
             let edges = outlines.edges_of(chart);
             if edges.is_empty() || chart < self.fixed {
                 continue;
+            }
+            if self.alarm.is_set() {
+                return false;
             }
             let mut best: Option<(usize, usize, usize, f64)> = None; // upper end, x, y, angle
             let floor = start.row(size(outlines, chart, self.index));

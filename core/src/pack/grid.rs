@@ -31,5 +31,5 @@ pub(super) fn place(placements: &mut [Placement], outlines: &Outlines, settings:
         *out = Placement { turn: DVec2::X, translation: (cell + pad) / cells - corner * scale, scale };
         covered += outlines.area[slot] * fit * fit;
     }
-    PackSummary { utilisation: covered, padding: 2.0 * pad / cells * settings.size as f64 }
+    PackSummary { utilisation: covered, padding: 2.0 * pad / cells * settings.size as f64, ..PackSummary::default() }
 }

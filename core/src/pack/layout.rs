@@ -16,6 +16,7 @@ use super::placement::{Gap, Placement, Pose};
 use super::settings::{Mode, PackSettings, PackSummary};
 use super::{clearance, grid, outline, separate, shelf, square};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use glam::DVec2;
 
@@ -45,7 +46,7 @@ pub fn pack_need(face_count: usize, chart_count: usize, settings: &PackSettings)
     let fills = fill::need(chart_count).max(fill::need(chart_count.min(LEAD_MAX)));
     let separated = if chart_count <= SEPARATE_MAX { chart_count } else { LEAD_MAX };
     let separation = separate::need(edges, separated) + clearance::need(edges, separated);
-    let tight = bytes_for::<Pose>(chart_count) + fills.max(shelf::need(chart_count)).max(separation);
+    let tight = 2 * bytes_for::<Pose>(chart_count) + fills.max(shelf::need(chart_count)).max(separation);
     outline::need(face_count, chart_count) + if settings.mode == Mode::Tight { tight } else { 0 }
 }
 
@@ -75,39 +76,111 @@ pub fn pack(
     let gap = Gap { texels: settings.padding as f64 + SLACK, size };
     let (mut side, padding) = shelf::place(poses, &outlines, &gap, &mut frame)?;
     let kept = if padding >= gap.texels { settings.padding as f64 } else { f64::max(padding - SLACK, 0.0) };
+    let mut steps = Steps { left: settings.steps, ..Steps::default() };
+    let mut is_broken = false;
     if padding >= gap.texels {
-        let leading = leading(&outlines);
+        let whole = frame.take::<Pose>(charts.count)?;
+        whole.copy_from(poses);
+        let mut shelves = Shelves { poses, whole, side: &mut side, outlines: &outlines, gap };
+        match shelves.improve(&mut steps, settings, &mut frame, workers) {
+            Err(e) if e.is_alarm() => {
+                is_broken = !steps.ran_out;
+                poses.copy_from(whole);
+            }
+            done => done?,
+        }
+    }
+    let summary = finish(placements, poses, &outlines, border, kept);
+    Ok(PackSummary { steps: steps.whole, is_broken, ..summary })
+}
+
+/// Improvements that may be made, and that were.
+#[derive(Default)]
+struct Steps {
+    left: u32,
+    ran_out: bool,
+    done: u32,
+    whole: u32, // when all charts last had places
+}
+
+impl Steps {
+    /// The alarm's error where none may be made any more.
+    fn next(&mut self) -> Result<(), ScratchTooSmall> {
+        self.ran_out = self.left == 0;
+        self.left = self.left.checked_sub(1).ok_or(ScratchTooSmall::ALARM)?;
+        self.done += 1;
+        Ok(())
+    }
+}
+
+/// Charts in rows, which are improved on.
+struct Shelves<'s> {
+    poses: &'s mut [Pose],
+    /// Those after the last improvement that left all charts in place.
+    whole: &'s mut [Pose],
+    side: &'s mut f64,
+    outlines: &'s Outlines<'s>,
+    gap: Gap,
+}
+
+impl Shelves<'_> {
+    /// Improves step by step; the alarm's error where steps run out.
+    fn improve(
+        &mut self,
+        steps: &mut Steps,
+        settings: &PackSettings,
+        frame: &mut Scratch,
+        workers: &dyn Workers,
+    ) -> Result<(), ScratchTooSmall> {
+        let Self { outlines, gap, .. } = *self;
+        let leading = leading(outlines);
         let lead = outlines.leading(leading);
         let all = leading == outlines.count();
         // Charts that are separated twice get half the work each time.
         let twice = leading > 1 && !all && outlines.count() <= SEPARATE_MAX;
         let settings = PackSettings { effort: settings.effort * if twice { 0.5 } else { 1.0 }, ..*settings };
-        let mut lead_side = side;
+        let mut lead_side = *self.side;
         if leading == 1 {
-            square::place(&mut poses[..1], &mut lead_side, &lead);
+            square::place(&mut self.poses[..1], &mut lead_side, &lead);
         } else if leading > 1 {
             // Wide enough for the larger square that all charts may need.
             let gap = Gap { texels: gap.texels * if all { 1.0 } else { LEAD_ROOM }, ..gap };
-            let poses = &mut poses[..leading];
-            fill::improve(poses, &mut lead_side, &lead, Fixed::NONE, &gap, settings.effort, &mut frame, workers)?;
-            separate::improve(poses, &mut lead_side, &lead, &gap, &settings, &mut frame, workers)?;
+            let poses = &mut self.poses[..leading];
+            steps.next()?;
+            fill::improve(poses, &mut lead_side, &lead, Fixed::NONE, &gap, settings.effort, frame, workers)?;
+            if all {
+                self.is_whole(steps);
+            }
+            let poses = &mut self.poses[..leading];
+            steps.next()?;
+            separate::improve(poses, &mut lead_side, &lead, &gap, &settings, frame, workers)?;
         }
         if !all {
             let fixed = Fixed { charts: leading, room: LEAD_ROOM * lead_side };
             // Charts that lead keep the wider gap only where a step found them a smaller square than the shelf's.
+            let (poses, side) = (&mut *self.poses, &mut *self.side);
+            steps.next()?;
             let found = leading > 0
-                && lead_side < side
-                && fill::improve(poses, &mut side, &outlines, fixed, &gap, settings.effort, &mut frame, workers)?;
+                && lead_side < *side
+                && fill::improve(poses, side, outlines, fixed, &gap, settings.effort, frame, workers)?;
             if !found {
-                shelf::place(poses, &outlines, &gap, &mut frame)?;
-                fill::improve(poses, &mut side, &outlines, Fixed::NONE, &gap, settings.effort, &mut frame, workers)?;
+                shelf::place(poses, outlines, &gap, frame)?;
+                fill::improve(poses, side, outlines, Fixed::NONE, &gap, settings.effort, frame, workers)?;
             }
+            self.is_whole(steps);
             if outlines.count() <= SEPARATE_MAX {
-                separate::improve(poses, &mut side, &outlines, &gap, &settings, &mut frame, workers)?;
+                steps.next()?;
+                separate::improve(self.poses, self.side, outlines, &gap, &settings, frame, workers)?;
             }
         }
+        self.is_whole(steps);
+        Ok(())
     }
-    Ok(finish(placements, poses, &outlines, border, kept))
+
+    fn is_whole(&mut self, steps: &mut Steps) {
+        self.whole.copy_from(self.poses);
+        steps.whole = steps.done;
+    }
 }
 
 /// How many of the largest charts lead.
@@ -154,5 +227,5 @@ fn finish(placements: &mut [Placement], poses: &[Pose], outlines: &Outlines, bor
         };
     }
     let area: f64 = outlines.area.iter().sum();
-    PackSummary { utilisation: area / (side * side), padding }
+    PackSummary { utilisation: area / (side * side), padding, ..PackSummary::default() }
 }

@@ -15,7 +15,7 @@ use super::outline::{self, Outlines};
 use super::placement::{Gap, Pose};
 use super::settings::{PackSettings, is_sketch};
 use crate::base::room::Room;
-use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::scratch::{Alarm, Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::base::vector::wide;
@@ -80,6 +80,7 @@ pub(super) fn improve(
         return Ok(());
     }
     let mut frame = scratch.frame();
+    let alarm = frame.alarm();
     let nodes = if is_sketch(settings.effort) { field::SKETCH_NODES } else { field::NODES };
     let fields = Fields::new(outlines, 2.0 * gap.within(*side), nodes, &mut frame)?;
     let mut lanes = heapless::Vec::<SeparationLane, LANES>::new();
@@ -96,6 +97,7 @@ pub(super) fn improve(
             weight: frame.take(count * count)?,
             overlap: frame.take(count * count)?,
             extra: frame.take(count * count)?,
+            alarm,
             key: random::hash(settings.seed, 0x5e9a, index as u64),
             draws: 0,
             work: 0.0,
@@ -105,6 +107,7 @@ pub(super) fn improve(
     }
     let work = WORK * settings.effort * if real_charts <= FEW { FEW_WORK } else { 1.0 };
     for_each_chunk(workers, &mut lanes, 1, &|_, lane| lane.iter_mut().for_each(|l| l.search(work)));
+    alarm.check()?;
     let mut order: [usize; LANES] = core::array::from_fn(|i| i);
     let key = |i: &usize| (lanes[*i].best_side, lanes[*i].key);
     sort::by(&mut order, |a, b| key(a).0.total_cmp(&key(b).0).then(key(a).1.cmp(&key(b).1)));
@@ -131,6 +134,7 @@ struct SeparationLane<'a> {
     weight: &'a mut [f32],  // (k, k)
     overlap: &'a mut [f32], // (k, k)
     extra: &'a mut [f32],   // (k, k): gap beyond the common one
+    alarm: Alarm<'a>,
     key: u64,
     draws: u64,
     work: f64,
@@ -151,7 +155,7 @@ impl SeparationLane<'_> {
     fn search(&mut self, budget: f64) {
         let mut shrink = f64::min(0.02, 0.06 / real::sqrt(self.count() as f64));
         let (mut fails, mut late, mut end, mut found) = (0, false, budget, 0.0);
-        while self.work < end {
+        while self.work < end && !self.alarm.is_set() {
             if !late && (self.work > EXPLORE * budget || self.work - found > STALE * budget) {
                 (late, end) = (true, self.work + (1.0 - EXPLORE) * budget);
                 shrink = f64::min(shrink, 0.004);
@@ -276,7 +280,7 @@ impl SeparationLane<'_> {
             } else {
                 idle += 1;
             }
-            if idle > patience || self.work > budget {
+            if idle > patience || self.work > budget || self.alarm.is_set() {
                 return false;
             }
             self.shuffle();

@@ -23,6 +23,8 @@ pub struct PackSettings {
     pub seed: u64,
     /// Search work; 1 is the default, 0 only the fill.
     pub effort: f64,
+    /// Improvements on rows of boxes at the most: fills and separations. 0 leaves the rows.
+    pub steps: u32,
 }
 
 /// Effort up to which charts are only sketched: the outcome of a trial is compared, and nobody sees it.
@@ -35,7 +37,7 @@ pub(super) fn is_sketch(effort: f64) -> bool {
 
 impl Default for PackSettings {
     fn default() -> Self {
-        Self { size: 1024, padding: 2, mode: Mode::Tight, seed: 0, effort: 1.0 }
+        Self { size: 1024, padding: 2, mode: Mode::Tight, seed: 0, effort: 1.0, steps: u32::MAX }
     }
 }
 
@@ -46,4 +48,8 @@ pub struct PackSummary {
     pub utilisation: f64,
     /// Padding that holds, in texels: the one asked for, unless that many charts could not be kept so far apart.
     pub padding: f64,
+    /// Improvements that count: [`PackSettings::steps`] of so many gives the same placements.
+    pub steps: u32,
+    /// Whether the alarm broke off a further one.
+    pub is_broken: bool,
 }

@@ -2,9 +2,10 @@
 
 use super::report::UnwrapError;
 use super::settings::Settings;
+use crate::base::pace::{Halt, Marks, Pace};
 use crate::base::progress::{Progress, Stage, tell};
 use crate::base::real;
-use crate::base::scratch::Scratch;
+use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::workers::Workers;
 use crate::mesh::normals::{NormalWeight, vertex_normals};
 use crate::mesh::view::NONE;
@@ -12,6 +13,7 @@ use crate::mesh::working::Working;
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
 use crate::rays::exposure::{ExposureSettings, exposure};
+use crate::search::budget::SeamError;
 use glam::{DVec3, Vec3};
 
 /// Rays see vertices on a grid of so many steps a unit of the mesh's own frame, that one or another rounding of the input
@@ -20,10 +22,12 @@ use glam::{DVec3, Vec3};
 const POSITION_STEPS: f64 = (1 << 20) as f64;
 /// The same for normals, which only aim the rays: a step is a 70th of a degree.
 const NORMAL_STEPS: f64 = (1 << 12) as f64;
-/// Vertices whose exposure is found between two progress reports.
-const EXPOSURE_SLICE: usize = 4096;
+/// Vertices whose exposure is found between two marks.
+const EXPOSURE_SLICE: usize = 1024;
+/// Passes over the faces in which known exposure spreads: each carries it over many rings of neighbours.
+const SPREADING: usize = 16;
 
-/// Exposure of each working vertex.
+/// Exposure of each working vertex; the vertices that were cast, where that ended early.
 pub(super) fn expose(
     open: &mut [f32],
     working: &Working,
@@ -32,7 +36,7 @@ pub(super) fn expose(
     mut scratch: Scratch,
     workers: &dyn Workers,
     progress: &mut dyn Progress,
-) -> Result<(), UnwrapError> {
+) -> Result<Option<u64>, UnwrapError> {
     let mesh = working.mesh();
     let n = mesh.positions.len();
     let exact = scratch.take::<DVec3>(n)?;
@@ -42,17 +46,75 @@ pub(super) fn expose(
     let points = scratch.take::<Vec3>(n)?;
     points.iter_mut().zip(mesh.positions).for_each(|(to, from)| *to = on_grid(*from, POSITION_STEPS));
     let scene = Scene::new(points, mesh.faces, bvh, &mut scratch).map_err(|e| match e {
-        BvhError::Scratch(e) => UnwrapError::Scratch(e),
+        BvhError::Scratch(e) => e.into(),
         _ => UnwrapError::BadTree,
     })?;
-    for first in (0..n).step_by(EXPOSURE_SLICE) {
-        tell(progress, Stage::Exposure, first, n)?;
-        let end = (first + EXPOSURE_SLICE).min(n);
-        let rays = ExposureSettings { rays: settings.rays as usize, seed: settings.seed, first, ..Default::default() };
-        let (points, normals) = (&points[first..end], &normals[first..end]);
-        exposure(&mut open[first..end], points, normals, &scene, &rays, scratch.frame(), workers)?;
+    let slices = n.div_ceil(EXPOSURE_SLICE);
+    let mut pace = Pace::new(progress, Stage::Exposure, settings.work.exposure);
+    let known = scratch.take::<u8>(slices)?;
+    let mut last = 0;
+    let ended = (|| {
+        for (done, slice) in scattered(slices).enumerate() {
+            pace.at(done, slices);
+            pace.mark(last)?;
+            let first = slice * EXPOSURE_SLICE;
+            let end = (first + EXPOSURE_SLICE).min(n);
+            last = end - first;
+            let rays =
+                ExposureSettings { rays: settings.rays as usize, seed: settings.seed, first, ..Default::default() };
+            let (points, normals) = (&points[first..end], &normals[first..end]);
+            exposure(&mut open[first..end], points, normals, &scene, &rays, scratch.frame(), workers)?;
+            known[slice] = 1;
+        }
+        Ok(())
+    })();
+    match ended {
+        Err(SeamError::Halted(Halt::Here)) => {}
+        Err(e) if e.is_alarm() && pace.broken() == Halt::Back => {}
+        ended => ended?,
     }
-    Ok(tell(progress, Stage::Exposure, n, n)?)
+    let work = pace.work();
+    if pace.has_ended() {
+        spread_known(open, known, working, scratch)?;
+        return Ok(Some(work));
+    }
+    tell(progress, Stage::Exposure, slices, slices)?;
+    Ok(None)
+}
+
+/// The numbers below `count` in an order (van der Corput's) whose beginnings lie all over.
+fn scattered(count: usize) -> impl Iterator<Item = usize> {
+    let bits = usize::BITS - count.saturating_sub(1).leading_zeros();
+    let turned = move |i: usize| i.reverse_bits().checked_shr(usize::BITS - bits).unwrap_or(0);
+    (0..1usize << bits).map(turned).filter(move |i| *i < count)
+}
+
+/// Gives vertices of unknown slices the exposure of the nearest known one, by edges; open where there is none.
+fn spread_known(
+    open: &mut [f32],
+    known: &[u8],
+    working: &Working,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let seen = scratch.take::<u8>(open.len())?;
+    for (v, seen) in seen.iter_mut().enumerate() {
+        *seen = known[v / EXPOSURE_SLICE];
+        if *seen == 0 {
+            open[v] = 1.0;
+        }
+    }
+    for _ in 0..SPREADING {
+        for f in working.mesh().faces {
+            let Some(from) = f.iter().find(|v| seen[**v as usize] != 0) else { continue };
+            let value = open[*from as usize];
+            for v in f.map(|v| v as usize) {
+                if seen[v] == 0 {
+                    (seen[v], open[v]) = (1, value);
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Exposure of each input vertex: those at one place share the value of the last working vertex there.

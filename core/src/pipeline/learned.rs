@@ -14,7 +14,8 @@ use super::pieces::unwrap_pieces;
 use super::report::UnwrapError;
 use super::tears::tear;
 use super::training::{train_pieces, training_need};
-use crate::base::progress::{Progress, Stage};
+use crate::base::pace::Pace;
+use crate::base::progress::{Progress, Stage, Wish};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::charts::pieces::Pieces;
@@ -60,9 +61,16 @@ pub(super) fn neural(
     let total = scene.pieces.count();
     let from_charts = given == 0 && learning.start;
     if from_charts {
-        unwrap_pieces(uv, cut, &[], scene.pieces, budget, scratch.frame(), scene.workers, &mut |p| {
-            progress.report(Stage::Flatten, p, total).is_continue()
-        })?;
+        unwrap_pieces(
+            uv,
+            cut,
+            &[],
+            scene.pieces,
+            budget,
+            scratch.frame(),
+            scene.workers,
+            &mut pace(&mut Patient(progress), Stage::Flatten),
+        )?;
     }
     for p in (0..total).filter(|p| !from_charts && !order[..count].contains(&(*p as u32))) {
         let corners = scene.pieces.corners(p);
@@ -111,10 +119,16 @@ pub(super) fn hybrid(
     mut scratch: Scratch,
     progress: &mut dyn Progress,
 ) -> Result<(), UnwrapError> {
-    let total = scene.pieces.count();
-    unwrap_pieces(uv, cut, &[], scene.pieces, scene.budget, scratch.frame(), scene.workers, &mut |p| {
-        progress.report(Stage::Seams, p, total).is_continue()
-    })?;
+    unwrap_pieces(
+        uv,
+        cut,
+        &[],
+        scene.pieces,
+        scene.budget,
+        scratch.frame(),
+        scene.workers,
+        &mut pace(&mut Patient(progress), Stage::Seams),
+    )?;
     let (order, count) = largest(scene.pieces);
     let vertices = vertex_count(&order[..count], scene.pieces);
     let (q, scores) = (scratch.take::<f32>(2 * vertices)?, scratch.take::<f32>(vertices)?);
@@ -138,9 +152,10 @@ pub(super) fn hybrid(
         let other_uv = frame.take::<DVec2>(corners.len())?;
         let other_cut = frame.take::<u8>(corners.len())?;
         let guided = Surface { cost, ..surface };
-        make_charts(other_uv, other_cut, &guided, scene.budget, frame.frame(), scene.workers, &mut || {
-            progress.report(Stage::Seams, *p as usize, total).is_continue()
-        })?;
+        let mut patient = Patient(progress);
+        let mut marks = pace(&mut patient, Stage::Seams);
+        marks.at(*p as usize, scene.pieces.count());
+        make_charts(other_uv, other_cut, &guided, scene.budget, frame.frame(), scene.workers, &mut marks)?;
         // Judged by what the exact method pays, not by the price that the guide has lowered.
         let paid = |cut: &[u8]| (0..cut.len()).filter(|c| cut[*c] != 0).map(|c| surface.cost[c]).sum::<f64>();
         let missed = |uv: &[DVec2]| {
@@ -168,8 +183,26 @@ fn exactly(
 ) -> Result<(), UnwrapError> {
     let mut keep = scratch.frame();
     let surface = scene.pieces.surface(p, &mut keep)?;
-    let mut proceed = || progress.report(Stage::Flatten, p, scene.pieces.count()).is_continue();
-    Ok(make_charts(uv, cut, &surface, budget, keep, scene.workers, &mut proceed)?)
+    let mut patient = Patient(progress);
+    let mut marks = pace(&mut patient, Stage::Flatten);
+    marks.at(p, scene.pieces.count());
+    Ok(make_charts(uv, cut, &surface, budget, keep, scene.workers, &mut marks)?)
+}
+
+/// Of stages whose result is half of what training needs: they do not end early.
+struct Patient<'p>(&'p mut dyn Progress);
+
+impl Progress for Patient<'_> {
+    fn report(&mut self, stage: Stage, done: usize, total: usize) -> Wish {
+        match self.0.report(stage, done, total) {
+            Wish::Stop => Wish::Stop,
+            Wish::GoOn | Wish::Finish => Wish::GoOn,
+        }
+    }
+}
+
+fn pace<'p>(patient: &'p mut Patient, stage: Stage) -> Pace<'p> {
+    Pace::new(patient, stage, u64::MAX)
 }
 
 /// The pieces that are learned, the largest first, and how many.

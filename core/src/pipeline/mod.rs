@@ -1,5 +1,7 @@
 //! From polygons to a UV atlas and to parts: the one room that knows the order of the stages.
 
+mod early;
+mod exact;
 mod exposure;
 pub mod input;
 mod kept;
@@ -17,5 +19,5 @@ pub mod unwrap;
 
 pub use input::{Input, Output};
 pub use report::{Report, UnwrapError};
-pub use settings::{Charts, Packing, Settings, Straighten};
+pub use settings::{Charts, CountedWork, Packing, Settings, Straighten};
 pub use unwrap::{Method, need_for, unwrap, unwrap_by, unwrap_need};

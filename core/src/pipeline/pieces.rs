@@ -2,6 +2,7 @@
 //!
 //! Guarantee: what a piece becomes depends on no other piece, and on no number of threads.
 
+use crate::base::pace::{Halt, Marks, NoMarks, Pace};
 use crate::base::room::Room;
 use crate::base::scratch::Scratch;
 use crate::base::slices::take_first;
@@ -16,6 +17,9 @@ use glam::DVec2;
 const SMALL: usize = 8;
 /// Pieces that are worked on at the same time.
 const LANES: usize = 8;
+
+/// Rounds over its faces that a small piece is counted as.
+const WAVE_ROUNDS: usize = 64;
 
 /// Scratch bytes that [`unwrap_pieces`] asks for.
 pub fn unwrap_pieces_need(pieces: &Pieces) -> usize {
@@ -37,7 +41,8 @@ struct PieceJob<'j> {
 }
 
 /// Makes charts of every piece: `uv` and `cut` have one entry a corner, in the order of the pieces. Pieces that are marked in
-/// `kept` (one a piece; no entry: not marked) stay as they are.
+/// `kept` (one a piece; no entry: not marked) stay as they are. Returns how many pieces, from the first on, have charts: all, unless
+/// the stage had to end early.
 #[allow(clippy::too_many_arguments)]
 pub fn unwrap_pieces(
     uv: &mut [DVec2],
@@ -45,27 +50,52 @@ pub fn unwrap_pieces(
     kept: &[u8],
     pieces: &Pieces,
     budget: Budget,
+    scratch: Scratch,
+    workers: &dyn Workers,
+    pace: &mut Pace,
+) -> Result<usize, SeamError> {
+    let mut made = 0;
+    match unwrap_in_turn(&mut made, uv, cut, kept, pieces, budget, scratch, workers, pace) {
+        Err(SeamError::Halted(Halt::Here | Halt::Back)) => {}
+        Err(e) if e.is_alarm() && pace.broken() == Halt::Back => {}
+        Err(e) if e.is_alarm() => return Err(SeamError::Halted(Halt::Stop)),
+        result => result?,
+    }
+    Ok(made)
+}
+
+#[allow(clippy::too_many_arguments)]
+fn unwrap_in_turn(
+    made: &mut usize, // pieces
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    kept: &[u8],
+    pieces: &Pieces,
+    budget: Budget,
     mut scratch: Scratch,
     workers: &dyn Workers,
-    proceed: &mut dyn FnMut(usize) -> bool,
+    pace: &mut Pace,
 ) -> Result<(), SeamError> {
     scratch.require(unwrap_pieces_need(pieces))?;
     let total = pieces.rest().len();
     let is_kept = |p: usize| kept.get(p).is_some_and(|kept| *kept != 0);
     let mut p = 0;
+    let in_wave = Budget { ends_early: false, ..budget };
+    let mut work = 0;
     while p < pieces.count() {
+        *made = p;
+        pace.at(p, pieces.count());
         if is_kept(p) {
             p += 1;
             continue;
         }
+        pace.mark(work)?;
+        work = 0;
         let corners = pieces.corners(p);
         if SMALL * corners.len() / 3 > total {
-            alone(uv, cut, pieces, p, budget, scratch.frame(), workers, &mut || proceed(p))?;
+            alone(uv, cut, pieces, p, budget, scratch.frame(), workers, pace)?;
             p += 1;
             continue;
-        }
-        if !proceed(p) {
-            return Err(SeamError::Stopped);
         }
         let mut short = heapless::Vec::<usize, LANES>::new();
         {
@@ -83,7 +113,8 @@ pub fn unwrap_pieces(
                 jobs.put(PieceJob { piece: p, uv, cut, scratch: Some(wave.split(need)?), result: Ok(()) });
                 p += 1;
             }
-            for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(pieces, budget));
+            for_each_chunk(workers, &mut jobs, 1, &|_, job| job[0].run(pieces, in_wave));
+            work = WAVE_ROUNDS * jobs.iter().map(|job| job.uv.len() / 3).sum::<usize>();
             for job in &jobs {
                 match job.result {
                     Err(SeamError::Scratch(_)) => short.put(job.piece),
@@ -93,10 +124,11 @@ pub fn unwrap_pieces(
         }
         // What a piece needs is an estimate: those that it leaves short have all memory to themselves.
         for p in short {
-            alone(uv, cut, pieces, p, budget, scratch.frame(), workers, &mut || proceed(p))?;
+            alone(uv, cut, pieces, p, in_wave, scratch.frame(), workers, &mut NoMarks)?;
         }
     }
-    Ok(())
+    *made = pieces.count();
+    Ok(pace.mark(work)?)
 }
 
 /// Makes charts of piece `p` with all memory and all workers.
@@ -109,12 +141,12 @@ fn alone(
     budget: Budget,
     mut scratch: Scratch,
     workers: &dyn Workers,
-    proceed: &mut dyn FnMut() -> bool,
+    marks: &mut dyn Marks,
 ) -> Result<(), SeamError> {
     let corners = pieces.corners(p);
     let mut frame = scratch.frame();
     let surface = pieces.surface(p, &mut frame)?;
-    make_charts(&mut uv[corners.clone()], &mut cut[corners], &surface, budget, frame, workers, proceed)
+    make_charts(&mut uv[corners.clone()], &mut cut[corners], &surface, budget, frame, workers, marks)
 }
 
 impl PieceJob<'_> {
@@ -122,7 +154,7 @@ impl PieceJob<'_> {
         let Some(mut scratch) = self.scratch.take() else { return };
         self.result = (|| {
             let surface = pieces.surface(self.piece, &mut scratch)?;
-            make_charts(self.uv, self.cut, &surface, budget, scratch, &Serial, &mut || true)
+            make_charts(self.uv, self.cut, &surface, budget, scratch, &Serial, &mut NoMarks)
         })();
     }
 }

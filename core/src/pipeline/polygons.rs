@@ -74,7 +74,7 @@ pub fn parts_of_polygons(
     let label = scratch.take::<u32>(faces)?;
     let thickness = scratch.take::<f32>(faces)?;
     let tree = |e| match e {
-        BvhError::Scratch(e) => UnwrapError::Scratch(e),
+        BvhError::Scratch(e) => e.into(),
         _ => UnwrapError::BadTree,
     };
     match source {

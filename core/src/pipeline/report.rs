@@ -1,5 +1,6 @@
 //! What a run has done, and why there may be no atlas.
 
+use super::settings::CountedWork;
 use crate::base::progress::Stopped;
 use crate::base::scratch::ScratchTooSmall;
 use crate::finish::place::PlaceError;
@@ -23,6 +24,8 @@ pub struct Report {
     pub forbidden_cuts: usize,
     /// What was repaired.
     pub repaired: RepairSummary,
+    /// Work that was done where a stage ended early: given as [`Settings::work`](super::settings::Settings::work) it gives this atlas again.
+    pub ended_early: Option<CountedWork>,
 }
 
 /// Why there is no atlas. Outputs are unspecified.
@@ -63,8 +66,8 @@ pub enum UnwrapError {
 impl From<SeamError> for UnwrapError {
     fn from(e: SeamError) -> Self {
         match e {
-            SeamError::Scratch(e) => UnwrapError::Scratch(e),
-            SeamError::Stopped => UnwrapError::Cancelled,
+            SeamError::Scratch(e) => e.into(),
+            SeamError::Halted(_) => UnwrapError::Cancelled,
         }
     }
 }
@@ -78,7 +81,7 @@ impl From<Stopped> for UnwrapError {
 impl From<PlaceError> for UnwrapError {
     fn from(e: PlaceError) -> Self {
         match e {
-            PlaceError::Scratch(e) => UnwrapError::Scratch(e),
+            PlaceError::Scratch(e) => e.into(),
             PlaceError::Stopped => UnwrapError::Cancelled,
             PlaceError::Overlap { faces } => UnwrapError::Overlap { faces },
         }
@@ -88,7 +91,7 @@ impl From<PlaceError> for UnwrapError {
 impl From<RepairError> for UnwrapError {
     fn from(e: RepairError) -> Self {
         match e {
-            RepairError::Scratch(e) => UnwrapError::Scratch(e),
+            RepairError::Scratch(e) => e.into(),
             RepairError::NotFinite { vertex } => UnwrapError::NotFinite { vertex },
             RepairError::BadIndex { corner } => UnwrapError::BadIndex { corner },
             RepairError::NoTriangle => UnwrapError::NoTriangle,
@@ -98,7 +101,7 @@ impl From<RepairError> for UnwrapError {
 
 impl From<ScratchTooSmall> for UnwrapError {
     fn from(e: ScratchTooSmall) -> Self {
-        UnwrapError::Scratch(e)
+        if e.is_alarm() { UnwrapError::Cancelled } else { UnwrapError::Scratch(e) }
     }
 }
 

@@ -63,6 +63,34 @@ pub struct Settings {
     pub search: u32,
     /// Seed of every random value.
     pub seed: u64,
+    /// Whether the caller may want stages to end early ([`Wish::Finish`](crate::base::progress::Wish::Finish), with an alarm): the exact
+    /// method then keeps a copy of what it falls back to.
+    pub ends_early: bool,
+    /// Where stages end that would go on, for the exact method.
+    pub work: CountedWork,
+}
+
+/// Counted work of the stages that can end early. Up to what a [report](super::report::Report) says was done, another run of the same input gives the
+/// same atlas, on any machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CountedWork {
+    /// Vertices whose exposure is cast.
+    pub exposure: u64,
+    /// Faces that the search for seams goes through, counted anew in each round.
+    pub seams: u64,
+    /// Improvements in packing.
+    pub pack: u64,
+}
+
+impl CountedWork {
+    /// No limit.
+    pub const ALL: Self = Self { exposure: u64::MAX, seams: u64::MAX, pack: u64::MAX };
+
+    /// That of stages which ended early: exposure, seams, pack. Nothing where none did.
+    pub(super) fn of(stages: [Option<u64>; 3]) -> Option<Self> {
+        let [exposure, seams, pack] = stages.map(|work| work.unwrap_or(u64::MAX));
+        stages.iter().any(Option::is_some).then_some(Self { exposure, seams, pack })
+    }
 }
 
 impl Default for Settings {
@@ -80,17 +108,31 @@ impl Default for Settings {
             prefer: Prefer::Balance,
             search: 0,
             seed: 0,
+            ends_early: false,
+            work: CountedWork::ALL,
         }
     }
 }
 
 impl Settings {
+    /// Whether a stage may end early.
+    pub(super) fn can_end_early(&self) -> bool {
+        self.ends_early || self.work != CountedWork::ALL
+    }
+
     /// What packing is asked for.
     pub(super) fn pack(&self) -> PackSettings {
         let mode = match self.packing {
             Packing::Tight => Mode::Tight,
             Packing::Grid => Mode::Grid,
         };
-        PackSettings { size: self.size, padding: self.padding, mode, seed: self.seed, effort: self.effort }
+        PackSettings {
+            size: self.size,
+            padding: self.padding,
+            mode,
+            seed: self.seed,
+            effort: self.effort,
+            steps: u32::MAX,
+        }
     }
 }

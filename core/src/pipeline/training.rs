@@ -6,7 +6,7 @@
 
 use super::learning::{LearnScene, Learning, MOST};
 use super::report::UnwrapError;
-use crate::base::progress::{Progress, Stage};
+use crate::base::progress::{Progress, Stage, Wish};
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::{Slices, take_first};
@@ -116,7 +116,7 @@ pub(super) fn train_pieces(
             }
             tell(&jobs[lead].run, progress);
             let steps = jobs.iter().map(|job| job.run.steps()).sum::<usize>();
-            if progress.report(Stage::Learn, (summary.steps + steps).min(total), total).is_break() {
+            if progress.report(Stage::Learn, (summary.steps + steps).min(total), total) == Wish::Stop {
                 jobs.iter_mut().for_each(|job| job.run.stop());
             }
         }
@@ -189,7 +189,7 @@ fn begin<'j>(
     }
     let input = TrainInput { positions, normals, faces, smooth: &smooth[..smooth_len], target, exposure };
     Run::new(output, input, settings, scratch).map_err(|e| match e {
-        TrainError::Scratch(e) => UnwrapError::Scratch(e),
+        TrainError::Scratch(e) => e.into(),
         // A piece has vertices, and its numbers come from a repaired mesh.
         _ => UnwrapError::NoTriangle,
     })

@@ -1,21 +1,19 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
+use super::exact::{ExactRun, Polishing};
 use super::exposure::{expose, share_exposure};
 use super::input::{Input, Output};
-use super::kept::take_over;
 use super::learned::{hybrid, neural};
 use super::learning::{LearnScene, Learning};
-use super::pieces::unwrap_pieces;
 use super::report::{Report, UnwrapError};
-use super::settings::{Charts, Packing, Settings, Straighten};
+use super::settings::{Charts, CountedWork, Packing, Settings, Straighten};
+use crate::base::pace::Pace;
 use crate::base::progress::{Progress, Stage, tell};
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
 use crate::charts::pieces::{Pieces, pieces_need};
 use crate::finish::fill::{fill_dropped, fill_dropped_need};
-use crate::finish::packing_cuts::cut_to_pack;
 use crate::finish::place::{AtlasOutput, Maps, PlaceSummary, Placing, place};
-use crate::finish::strips::straighten_strips;
 use crate::mesh::frame::to_own_frame;
 use crate::mesh::polygons::Counts;
 use crate::mesh::repair::{Facing, repair, repair_need};
@@ -58,11 +56,17 @@ pub fn need_for(counts: &Counts, settings: &Settings, bvh: &dyn BuildBvh) -> usi
     let rays = 3 * bytes_for::<DVec3>(vertices) + Scene::need(triangles, bvh) + exposure_need(settings.rays as usize);
     let pieces = pieces_need(triangles) + make_charts_need(triangles, vertices) + 64 * triangles;
     let packing = pack_need(triangles, triangles.min(CHARTS_FORESEEN), &settings.pack()) + overlaps_need(triangles);
-    let atlas = pieces_need(triangles) + 17 * 3 * triangles + 4096 + pieces.max(packing + 60 * 3 * triangles);
+    // What the search falls back to, and what polishing does.
+    let last = bytes_for::<DVec2>(3 * triangles) + bytes_for::<u8>(3 * triangles);
+    let last = if settings.can_end_early() { last } else { 0 };
+    let atlas = last + pieces_need(triangles) + 17 * 3 * triangles + 4096 + pieces.max(packing + 60 * 3 * triangles);
     repair_need(counts)
         .saturating_add(bytes_for::<DVec3>(vertices) + bytes_for::<f64>(3 * triangles) + bytes_for::<f32>(vertices))
         .saturating_add(rays.max(prices).max(atlas).max(fill_dropped_need(counts)))
 }
+
+/// Share of the packing effort where the search had to end early: what is left of the time is little.
+const HURRIED: f64 = 0.3;
 
 /// Charts for which [`unwrap_need`] holds packing memory.
 const CHARTS_FORESEEN: usize = 4096;
@@ -106,7 +110,7 @@ pub fn unwrap_by(
     tell(progress, Stage::Repair, 1, 1)?;
     let cost = scratch.take::<f64>(3 * working.faces.len())?;
     let open = scratch.take::<f32>(working.positions.len())?;
-    expose(open, &working, settings, bvh, scratch.frame(), workers, progress)?;
+    let exposed = expose(open, &working, settings, bvh, scratch.frame(), workers, progress)?;
     share_exposure(output.exposure, open, &working);
     let is_blind = matches!(&method, Method::Neural(l) if l.is_blind());
     let given = OnMesh::new(input.edges, &polygons, &working);
@@ -120,44 +124,58 @@ pub fn unwrap_by(
     let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
     let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
     let cut = frame.take::<u8>(working.twin.len())?;
-    let whole = settings.charts == Charts::One;
-    let draws = Draws { count: settings.search, seed: settings.seed };
-    let budget = Budget { distortion: settings.distortion, bulky: whole || input.parts.is_some(), whole, draws };
+    let budget = budget(settings, input.parts.is_some());
     let total = pieces.count();
     let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
     let place_of = |p: DVec3| own_frame.place((p - working.centre) / working.extent);
     let input_of = |p: DVec3| own_frame.back(p) * working.extent + working.centre;
     let scene = LearnScene { pieces: &pieces, open: &open, place_of: &place_of, input_of: &input_of, budget, workers };
     let mends = !matches!(method, Method::Neural(_));
+    let packing = settings.pack();
+    let mut placing =
+        Placing { pieces: &pieces, working: &working, parts: input.parts, packing, steps: settings.work.pack, mends };
+    let polishing = Polishing {
+        straightens: mends && input.kept_uv.is_none() && settings.straighten != Straighten::Off,
+        cuts: !budget.bulky && mends && input.kept_uv.is_none() && settings.packing == Packing::Tight,
+        distortion: settings.distortion,
+    };
+    let mut searched = None;
     match method {
         Method::Exact => {
-            let kept = frame.take::<u8>(if input.kept_uv.is_some() { total } else { 0 })?;
-            if let Some(kept_uv) = input.kept_uv {
-                let corner = |slot: usize| working.corner_source[pieces.source[slot] as usize] as usize;
-                let of = |slot: usize| kept_uv.get(corner(slot)).copied().unwrap_or(DVec2::NAN);
-                take_over(uv, kept, &pieces, settings.distortion, of, frame.frame(), workers)?;
+            let exact = ExactRun { placing: &placing, polishing, budget, kept_uv: input.kept_uv, workers };
+            let mut pace = Pace::new(progress, Stage::Seams, settings.work.seams);
+            exact.run(uv, cut, frame.frame(), &mut pace)?;
+            if pace.has_ended() {
+                searched = Some(pace.work());
+                placing.packing.effort *= HURRIED;
             }
-            unwrap_pieces(uv, cut, kept, &pieces, budget, frame.frame(), workers, &mut |p| {
-                progress.report(Stage::Seams, p, total).is_continue()
-            })?
         }
         Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
-        Method::Hybrid(learning) => hybrid(uv, cut, &scene, learning, frame.frame(), progress)?,
-    }
-    if mends && input.kept_uv.is_none() && settings.straighten != Straighten::Off {
-        straighten_strips(uv, cut, &pieces, settings.distortion, frame.frame(), workers)?;
-    }
-    let placing = Placing { pieces: &pieces, working: &working, parts: input.parts, packing: settings.pack(), mends };
-    if !budget.bulky && mends && input.kept_uv.is_none() && settings.packing == Packing::Tight {
-        cut_to_pack(uv, cut, &placing, frame.frame(), workers)?;
+        Method::Hybrid(learning) => {
+            hybrid(uv, cut, &scene, learning, frame.frame(), progress)?;
+            polishing.polish(uv, cut, &placing, frame.frame(), workers)?;
+        }
     }
     let forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
     tell(progress, Stage::Seams, total, total)?;
     let out = AtlasOutput { corner_uv: &mut *output.corner_uv, polygon_chart: output.polygon_chart };
     let placed = place(out, Maps { uv, cut }, &placing, frame, workers, progress)?;
     fill_dropped(output.corner_uv, &polygons, &working, scratch)?;
-    let PlaceSummary { chart_count, distortion, utilisation, flipped, overlapping } = placed;
-    Ok(Report { chart_count, distortion, utilisation, flipped, overlapping, forbidden_cuts, repaired })
+    let ended_early = CountedWork::of([exposed, searched, placed.steps]);
+    let PlaceSummary { chart_count, distortion, utilisation, flipped, overlapping, .. } = placed;
+    Ok(Report { chart_count, distortion, utilisation, flipped, overlapping, forbidden_cuts, repaired, ended_early })
+}
+
+/// What the search may spend.
+fn budget(settings: &Settings, has_parts: bool) -> Budget {
+    let whole = settings.charts == Charts::One;
+    Budget {
+        distortion: settings.distortion,
+        bulky: whole || has_parts,
+        whole,
+        draws: Draws { count: settings.search, seed: settings.seed },
+        ends_early: settings.can_end_early(),
+    }
 }
 
 /// Marks the half-edges that are cut whatever it costs: borders of kept UVs and of parts, what the caller wants cut, and with

@@ -9,6 +9,7 @@
 use super::budget::{Budget, Draws, SeamError};
 use super::direct::{Trials, direct_need};
 use super::draws::{draw, draws_need, search_best};
+use crate::base::pace::{Marks, NoMarks};
 use crate::base::random::hash;
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -30,6 +31,8 @@ use glam::{DVec2, DVec3};
 
 /// Faces of the coarse meshes, the finer first.
 const PROXY_FACES: [usize; PROXIES] = [3000, 2200];
+/// Rounds over its faces that a search is counted as.
+const SEARCH_ROUNDS: usize = 64;
 /// Coarse meshes.
 const PROXIES: usize = 2;
 /// Pieces of more faces are cut by way of them.
@@ -160,14 +163,19 @@ fn search_all(
     for (i, (proxy, price)) in proxies.iter_mut().zip(prices.iter()).enumerate() {
         let part = scratch.split(scratch.remaining() / (count - i))?;
         let draws = Draws { count: 0, seed: hash(budget.draws.seed, 0xa1, i as u64) };
-        jobs.put(ProxyJob { proxy, scratch: Some(part), budget: Budget { draws, ..budget }, price: Ok(*price) });
+        jobs.put(ProxyJob {
+            proxy,
+            scratch: Some(part),
+            budget: Budget { draws, ends_early: false, ..budget },
+            price: Ok(*price),
+        });
     }
     for_each_chunk(workers, &mut jobs, 1, &|_, job| {
         let ProxyJob { proxy: Proxy { surface, uv, cut, .. }, scratch, budget, price } = &mut job[0];
         if let (Some(scratch), Ok(best)) = (scratch.take(), *price) {
             *price = match number {
-                None => search_best(uv, cut, surface, *budget, scratch, &Serial, &mut || true),
-                Some(number) => draw(uv, cut, surface, *budget, number, best, scratch, &Serial, &mut || true),
+                None => search_best(uv, cut, surface, *budget, scratch, &Serial, &mut NoMarks),
+                Some(number) => draw(uv, cut, surface, *budget, number, best, scratch, &Serial, &mut NoMarks),
             };
         }
     });
@@ -185,11 +193,9 @@ pub fn cut_by_proxies(
     budget: Budget,
     mut scratch: Scratch,
     workers: &dyn Workers,
-    proceed: &mut dyn FnMut() -> bool,
+    marks: &mut dyn Marks,
 ) -> Result<bool, SeamError> {
-    if !proceed() {
-        return Err(SeamError::Stopped);
-    }
+    marks.mark(surface.mesh.faces.len())?;
     let most = most_of(surface.mesh.faces.len());
     let Some(one) = Proxy::new(surface, PROXY_FACES[0], most, &mut scratch)? else { return Ok(false) };
     let other = Proxy::new(&one.surface, PROXY_FACES[1], 2 * PROXY_FACES[1], &mut scratch)?;
@@ -201,9 +207,7 @@ pub fn cut_by_proxies(
     let rounds = if proxies.is_full() { budget.draws.count.div_ceil(PROXIES as u32) } else { budget.draws.count };
     for number in core::iter::once(None).chain((0..rounds).map(Some)) {
         search_all(&mut proxies, &mut prices, budget, number, scratch.frame(), workers)?;
-        if !proceed() {
-            return Err(SeamError::Stopped);
-        }
+        marks.mark(proxies.iter().map(|p| SEARCH_ROUNDS * p.surface.mesh.faces.len()).sum())?;
     }
     let Some((one, others)) = proxies.split_first() else { return Ok(false) };
     let between = scratch.take::<u8>(one.cut.len())?;

@@ -5,6 +5,7 @@ use super::compact::compact_need;
 use super::glue::glue_need;
 use super::rounds::Rounds;
 use super::zip::{Which, zip_need};
+use crate::base::pace::Marks;
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
 use crate::charts::patch::patch_need;
@@ -58,11 +59,11 @@ pub fn search_anew(
     trials: Trials,
     mut scratch: Scratch,
     workers: &dyn Workers,
-    proceed: &mut dyn FnMut() -> bool,
+    marks: &mut dyn Marks,
 ) -> Result<(), SeamError> {
     cut.fill(0);
     cut_to_disks(cut, &Surface { stays_whole: budget.whole, ..*surface }, scratch.frame())?;
-    search_from(uv, cut, surface, budget, trials, scratch, workers, proceed)
+    search_from(uv, cut, surface, budget, trials, scratch, workers, marks)
 }
 
 /// Flattens what is cut, cuts on until the bound holds, and takes out cuts that it does not need.
@@ -75,13 +76,22 @@ pub fn search_from(
     trials: Trials,
     mut scratch: Scratch,
     workers: &dyn Workers,
-    proceed: &mut dyn FnMut() -> bool,
+    marks: &mut dyn Marks,
 ) -> Result<(), SeamError> {
     let surface = &Surface { stays_whole: budget.whole, ..*surface };
     let faces = surface.mesh.faces.len();
     flatten_all(uv, cut, surface, scratch.frame(), workers)?;
     let changed = scratch.take::<u8>(faces)?;
-    let mut rounds = Rounds { uv, cut, changed, surface, workers, proceed };
+    let last = match budget.ends_early {
+        true => Some((scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?)),
+        false => None,
+    };
+    let mut rounds = Rounds { uv, cut, changed, last, surface, workers, marks };
+    rounds.to_the_end(|rounds| all_rounds(rounds, budget, trials, scratch))
+}
+
+fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: Scratch) -> Result<(), SeamError> {
+    rounds.mark()?;
     let compact = trials == Trials::All && !budget.bulky;
     if compact {
         rounds.part_bulky(scratch.frame())?;
@@ -110,5 +120,6 @@ pub fn search_from(
     } else {
         rounds.glue_once(budget, scratch.frame())?;
     }
-    rounds.unroll(scratch)
+    rounds.unroll(scratch)?;
+    rounds.mark()
 }

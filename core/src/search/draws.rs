@@ -7,6 +7,7 @@
 
 use super::budget::{Budget, SeamError};
 use super::direct::{Trials, search_anew};
+use crate::base::pace::{Halt, Marks};
 use crate::base::random::{hash, unit_f64};
 use crate::base::real::{cos, exp, ln, sin, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -66,12 +67,15 @@ pub fn search_best(
     budget: Budget,
     mut scratch: Scratch,
     workers: &dyn Workers,
-    proceed: &mut dyn FnMut() -> bool,
+    marks: &mut dyn Marks,
 ) -> Result<[f64; 2], SeamError> {
-    search_anew(uv, cut, surface, budget, Trials::All, scratch.frame(), workers, proceed)?;
-    let mut best = price_of(uv, cut, surface, budget.distortion, scratch.frame())?;
+    search_anew(uv, cut, surface, budget, Trials::All, scratch.frame(), workers, marks)?;
+    let price = price_of(uv, cut, surface, budget.distortion, scratch.frame());
+    let Some(mut best) = unless_ended(price.map_err(SeamError::from), marks)? else { return Ok([f64::INFINITY; 2]) };
     for number in 0..budget.draws.count {
-        best = draw(uv, cut, surface, budget, number, best, scratch.frame(), workers, proceed)?;
+        let drawn = draw(uv, cut, surface, budget, number, best, scratch.frame(), workers, marks);
+        let Some(least) = unless_ended(drawn, marks)? else { break };
+        best = least;
     }
     Ok(best)
 }
@@ -87,13 +91,15 @@ pub fn draw(
     best: [f64; 2],
     mut scratch: Scratch,
     workers: &dyn Workers,
-    proceed: &mut dyn FnMut() -> bool,
+    marks: &mut dyn Marks,
 ) -> Result<[f64; 2], SeamError> {
+    marks.mark(0)?;
     let cost = scratch.take::<f64>(cut.len())?;
     let (drawn_uv, drawn_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
     sway(cost, surface, hash(budget.draws.seed, 0xd4a3, u64::from(number)));
     let swayed = Surface { cost, ..*surface };
-    search_anew(drawn_uv, drawn_cut, &swayed, budget, Trials::All, scratch.frame(), workers, proceed)?;
+    let budget = Budget { ends_early: false, ..budget };
+    search_anew(drawn_uv, drawn_cut, &swayed, budget, Trials::All, scratch.frame(), workers, marks)?;
     let price = price_of(drawn_uv, drawn_cut, surface, budget.distortion, scratch)?;
     if price < best {
         uv.copy_from(drawn_uv);
@@ -101,6 +107,16 @@ pub fn draw(
         return Ok(price);
     }
     Ok(best)
+}
+
+/// Nothing where `result` is that the search was told to end, which is no error where there are charts.
+fn unless_ended<T>(result: Result<T, SeamError>, marks: &mut dyn Marks) -> Result<Option<T>, SeamError> {
+    match result {
+        Ok(value) => Ok(Some(value)),
+        Err(SeamError::Halted(Halt::Here)) => Ok(None),
+        Err(e) if e.is_alarm() && marks.broken() == Halt::Back => Ok(None),
+        Err(e) => Err(e),
+    }
 }
 
 /// Writes costs times a random field, the same on both sides of an edge; what is forbidden stays so, and what is free stays free.
@@ -134,6 +150,7 @@ fn normal(key: u64, stream: u64, index: u64) -> f64 {
 mod tests {
     use super::super::budget::Draws;
     use super::*;
+    use crate::base::pace::NoMarks;
     use crate::base::workers::Serial;
     use crate::mesh::topology::twins;
     use crate::mesh::view::MeshView;
@@ -204,10 +221,16 @@ mod tests {
         let uneven = |c: u32, length: f64| length * (1.0 + unit_f64(5, 0, u64::from(c)));
         on_ball(3, uneven, |surface, mut scratch| {
             let mut best = |count: u32| {
-                let budget = Budget { distortion: 1.05, bulky: false, whole: false, draws: Draws { count, seed: 1 } };
+                let budget = Budget {
+                    distortion: 1.05,
+                    bulky: false,
+                    whole: false,
+                    draws: Draws { count, seed: 1 },
+                    ends_early: false,
+                };
                 let (mut uv, mut cut) = (vec![DVec2::ZERO; surface.twin.len()], vec![0; surface.twin.len()]);
                 let frame = scratch.frame();
-                let price = search_best(&mut uv, &mut cut, surface, budget, frame, &Serial, &mut || true).unwrap();
+                let price = search_best(&mut uv, &mut cut, surface, budget, frame, &Serial, &mut NoMarks).unwrap();
                 assert_eq!(price, price_of(&uv, &cut, surface, 1.05, scratch.frame()).unwrap());
                 (price, cut)
             };

@@ -12,6 +12,7 @@ use super::extend::extend;
 use super::glue::{Limits, glue_small};
 use super::split::{Split, split_overlaps};
 use super::zip::{Goal, Which, zip};
+use crate::base::pace::{Halt, Marks};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
@@ -88,11 +89,35 @@ pub struct Rounds<'s> {
     pub surface: &'s Surface<'s>,
     /// Who works.
     pub workers: &'s dyn Workers,
-    /// Asked between rounds whether to go on.
-    pub proceed: &'s mut dyn FnMut() -> bool,
+    /// UVs and cuts at the last mark, where the search may be told to end.
+    pub last: Option<(&'s mut [DVec2], &'s mut [u8])>,
+    /// Passed between rounds.
+    pub marks: &'s mut dyn Marks,
 }
 
 impl Rounds<'_> {
+    /// Does `work`. Where that is told to end early, the maps are those of the last mark.
+    pub fn to_the_end(&mut self, work: impl FnOnce(&mut Self) -> Result<(), SeamError>) -> Result<(), SeamError> {
+        let mut result = work(self);
+        if result.is_err_and(|e| e.is_alarm()) && self.last.is_some() {
+            result = Err(self.marks.broken().into());
+        }
+        match (result, &mut self.last) {
+            (Err(SeamError::Halted(Halt::Here)), Some(_)) => Ok(()),
+            (Err(SeamError::Halted(Halt::Back)), Some((uv, cut))) => {
+                self.uv.copy_from(uv);
+                self.cut.copy_from(cut);
+                Ok(())
+            }
+            (result, _) => result,
+        }
+    }
+
+    /// A mark: from here the search goes on, or ends.
+    pub fn mark(&mut self) -> Result<(), SeamError> {
+        pass(self.marks, &mut self.last, self.uv, self.cut)
+    }
+
     /// Cuts by `split`, which answers how much it found to do, and relaxes what that changed, until it finds nothing.
     fn repeat(
         &mut self,
@@ -101,7 +126,7 @@ impl Rounds<'_> {
         mut scratch: Scratch,
     ) -> Result<(), SeamError> {
         for _ in 0..rounds {
-            self.proceed()?;
+            self.mark()?;
             self.changed.fill(0);
             if split(self.cut, self.changed, self.uv, self.surface, scratch.frame())? == 0 {
                 break;
@@ -142,7 +167,7 @@ impl Rounds<'_> {
     pub fn part_overlaps(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
         self.changed.fill(1);
         for round in 0.. {
-            self.proceed()?;
+            self.mark()?;
             let how = if round < SPLITS { Split::Cheapest } else { Split::Halves };
             let Self { uv, cut, changed, surface, workers, .. } = self;
             let found = split_overlaps(cut, changed, uv, surface, how, scratch.frame(), *workers)?;
@@ -159,11 +184,6 @@ impl Rounds<'_> {
     pub fn part_bulky(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
         self.repeat(COMPACTIONS, split_bulky, scratch.frame())?;
         self.part_overlaps(scratch)
-    }
-
-    /// Asks whether to go on.
-    fn proceed(&mut self) -> Result<(), SeamError> {
-        if (self.proceed)() { Ok(()) } else { Err(SeamError::Stopped) }
     }
 
     /// Glues small charts to neighbours as far as the budget allows.
@@ -196,7 +216,7 @@ impl Rounds<'_> {
             return Ok(());
         }
         for round in 0..CAP_ROUNDS {
-            self.proceed()?;
+            self.mark()?;
             self.changed.fill(0);
             if round > 0
                 && extend(self.cut, self.changed, self.uv, self.surface, most, PATHS_FAR, scratch.frame())? == 0
@@ -228,7 +248,6 @@ impl Rounds<'_> {
 
     /// Takes out cuts that the bound does not need.
     pub fn zip(&mut self, budget: Budget, which: Which, scratch: Scratch) -> Result<(), SeamError> {
-        self.proceed()?;
         let bound = budget.distortion;
         let distortion = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
         let goal = Goal {
@@ -237,7 +256,8 @@ impl Rounds<'_> {
             bulky: budget.bulky || which == Which::Slivers,
             which,
         };
-        zip(self.uv, self.cut, self.surface, goal, scratch, self.workers)?;
+        let Self { uv, cut, last, surface, workers, marks, .. } = self;
+        zip(uv, cut, surface, goal, scratch, *workers, &mut |uv, cut| pass(*marks, last, uv, cut))?;
         Ok(())
     }
 
@@ -253,7 +273,7 @@ impl Rounds<'_> {
             let rest = frame.take::<Rest>(self.surface.rest.len())?;
             self.changed.fill(1);
             for _ in 0..CONCENTRATIONS {
-                self.proceed()?;
+                self.mark()?;
                 rest.copy_from(self.surface.rest);
                 gather(rest, self.uv);
                 self.relax(GATHER_STOP, rest, frame.frame())?;
@@ -267,7 +287,7 @@ impl Rounds<'_> {
 
     /// Brings charts without distortion to rest, where the sides of a slit that nothing holds open lie on each other.
     pub fn unroll(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
-        self.proceed()?;
+        self.mark()?;
         {
             let Self { uv, cut, changed, surface, .. } = self;
             let mut frame = scratch.frame();
@@ -303,6 +323,21 @@ impl Rounds<'_> {
     pub fn distortion(&self) -> f64 {
         distortion(self.uv, self.surface.rest)
     }
+}
+
+/// Passes a mark, and keeps what there is at it.
+fn pass(
+    marks: &mut dyn Marks,
+    last: &mut Option<(&mut [DVec2], &mut [u8])>,
+    uv: &[DVec2],
+    cut: &[u8],
+) -> Result<(), SeamError> {
+    let passed = marks.mark(uv.len() / 3);
+    if let Some((last_uv, last_cut)) = last {
+        last_uv.copy_from(uv);
+        last_cut.copy_from(cut);
+    }
+    Ok(passed?)
 }
 
 /// Multiplies weights by (m / (m + e))^(1/2) (1 + e / (c m)), e the excess energy of each face and m its mean: one step of

@@ -7,6 +7,7 @@ use super::budget::{Budget, SeamError};
 use super::by_proxy::{PROXY_FROM, cut_by_proxies, proxies_need};
 use super::direct::{Trials, direct_need, search_anew, search_from};
 use super::draws::{draws_need, search_best};
+use crate::base::pace::Marks;
 use crate::base::scratch::Scratch;
 use crate::base::workers::Workers;
 use crate::charts::surface::Surface;
@@ -39,15 +40,15 @@ pub fn make_charts(
     budget: Budget,
     mut scratch: Scratch,
     workers: &dyn Workers,
-    proceed: &mut dyn FnMut() -> bool,
+    marks: &mut dyn Marks,
 ) -> Result<(), SeamError> {
     let faces = surface.mesh.faces.len();
     // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
     let budget = Budget { whole: budget.whole && faces <= LARGE, ..budget };
     if faces <= PROXY_FROM && budget.draws.count > 0 {
-        return search_best(uv, cut, surface, budget, scratch, workers, proceed).map(|_| ());
+        return search_best(uv, cut, surface, budget, scratch, workers, marks).map(|_| ());
     }
-    let has_cuts = faces > PROXY_FROM && cut_by_proxies(cut, surface, budget, scratch.frame(), workers, proceed)?;
+    let has_cuts = faces > PROXY_FROM && cut_by_proxies(cut, surface, budget, scratch.frame(), workers, marks)?;
     let search = if has_cuts { search_from } else { search_anew };
-    search(uv, cut, surface, budget, trials(faces), scratch, workers, proceed)
+    search(uv, cut, surface, budget, trials(faces), scratch, workers, marks)
 }

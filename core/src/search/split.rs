@@ -90,6 +90,8 @@ struct Clash {
 pub enum Split {
     /// Along the cheapest path between what overlaps; where there is none, in halves.
     Cheapest,
+    /// The smaller of two regions that lie on each other becomes a chart of its own: whatever it costs, all regions of a chart at once.
+    Islands,
     /// In halves of about equal numbers of faces: ends after few rounds, whatever lies on what.
     Halves,
 }
@@ -125,9 +127,14 @@ pub fn split_overlaps(
         disks_again(cut, surface, scratch)?;
         return Ok(found);
     }
-    let stuck = scratch.take::<u8>(faces)?;
     let region = scratch.take::<u32>(faces)?;
     regions(region, partner, cut, surface);
+    if how == Split::Islands {
+        cut_out(cut, changed, region, partner, &charts, surface, scratch.frame())?;
+        disks_again(cut, surface, scratch)?;
+        return Ok(found);
+    }
+    let stuck = scratch.take::<u8>(faces)?;
     let node = scratch.take::<u32>(3 * faces)?;
     let node_count = surface.wedges(cut, node);
     let side = scratch.take::<u8>(faces)?;
@@ -170,6 +177,44 @@ fn regions(region: &mut [u32], partner: &[u32], cut: &[u8], surface: &Surface) {
         }
     }
     sets.number();
+}
+
+/// Cuts the smaller of each two regions that overlap out of its chart, and one that overlaps itself.
+fn cut_out(
+    cut: &mut [u8],
+    changed: &mut [u8],
+    region: &[u32],
+    partner: &[u32],
+    charts: &ChartList,
+    surface: &Surface,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let area = scratch.take::<f64>(region.len())?;
+    let is_out = scratch.take::<u8>(region.len())?;
+    let is_met = |f: usize| partner[f] != NONE;
+    for f in (0..region.len()).filter(|f| is_met(*f)) {
+        area[region[f] as usize] += surface.rest[f].area;
+    }
+    for f in (0..region.len()).filter(|f| is_met(*f)) {
+        let (own, other) = (region[f], region[partner[f] as usize]);
+        let size = |r: u32| (for_decision(area[r as usize]), r);
+        is_out[if size(own) <= size(other) { own } else { other } as usize] = 1;
+    }
+    let island = |f: usize| if is_met(f) && is_out[region[f] as usize] != 0 { region[f] } else { NONE };
+    for c in 0..cut.len() as u32 {
+        if let Some(t) = surface.across(cut, c)
+            && island((c / 3) as usize) != island((t / 3) as usize)
+            && surface.cost[c as usize].is_finite()
+        {
+            surface.set_cut(cut, c, true);
+        }
+    }
+    let touched = scratch.take::<u8>(charts.count())?;
+    for f in (0..region.len()).filter(|f| is_met(*f)) {
+        touched[charts.of_face[f] as usize] = 1;
+    }
+    changed.iter_mut().zip(charts.of_face).for_each(|(c, k)| *c = touched[*k as usize]);
+    Ok(())
 }
 
 /// The largest clash of each chart.

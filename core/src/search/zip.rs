@@ -9,6 +9,7 @@
 //! Guarantee: disks stay disks, without flips or overlaps; the distortion stays within the goal if it was.
 //! Cost: at most [`TRIES`] relaxations of one chart.
 
+use super::budget::SeamError;
 use super::compact::PRICE;
 use super::split::self_overlaps;
 use crate::base::real::{for_decision, sqrt};
@@ -85,7 +86,10 @@ pub const fn zip_need(faces: usize, vertices: usize) -> usize {
         + bytes_for::<u32>(vertices)
 }
 
-/// Takes paths out within `goal`; returns how many.
+/// Passes a mark at which the maps are these: UVs and cuts.
+pub type MarkMaps<'m> = dyn FnMut(&[DVec2], &[u8]) -> Result<(), SeamError> + 'm;
+
+/// Takes paths out within `goal`; returns how many. `mark` is passed before each trial.
 pub fn zip(
     uv: &mut [DVec2],
     cut: &mut [u8],
@@ -93,7 +97,8 @@ pub fn zip(
     goal: Goal,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<usize, ScratchTooSmall> {
+    mark: &mut MarkMaps,
+) -> Result<usize, SeamError> {
     let failed = scratch.take::<u8>(cut.len())?;
     let old_uv = scratch.take::<DVec2>(uv.len())?;
     let total: f64 = surface.rest.iter().map(|r| r.area).sum();
@@ -111,6 +116,7 @@ pub fn zip(
                 return Ok(zipped);
             }
             tried += 1;
+            mark(uv, cut)?;
             let path = &list[p.first as usize..(p.first + p.count) as usize];
             let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
             old_uv.copy_from(uv);
@@ -365,7 +371,7 @@ mod tests {
     const LOOSE: Goal = Goal { distortion: 1.5, worst: f64::INFINITY, bulky: false, which: Which::All };
 
     /// What [`zip`] answers, and the cut edges before and after.
-    fn zip_square(square: Square, goal: Goal, bytes: &mut [u8]) -> (Result<usize, ScratchTooSmall>, usize, usize) {
+    fn zip_square(square: Square, goal: Goal, bytes: &mut [u8]) -> (Result<usize, SeamError>, usize, usize) {
         let (n, half) = (square.side + 1, square.side / 2);
         let at = |v: u32| {
             let z = if v == n * n / 2 { square.lift } else { 0.0 };
@@ -399,7 +405,7 @@ mod tests {
         flatten_all(&mut uv, &mut cut, &surface, keep.frame(), &Serial).unwrap();
         let edges = |cut: &[u8]| cut.iter().filter(|c| **c != 0).count() / 2;
         let before = edges(&cut);
-        let done = zip(&mut uv, &mut cut, &surface, goal, Scratch::new(bytes), &Serial);
+        let done = zip(&mut uv, &mut cut, &surface, goal, Scratch::new(bytes), &Serial, &mut |_, _| Ok(()));
         (done, before, edges(&cut))
     }
 

@@ -1,0 +1,111 @@
+//! The exact method: charts by the search, and what is done to them before they are packed.
+
+use super::early::complete;
+use super::kept::take_over;
+use super::pieces::unwrap_pieces;
+use super::report::UnwrapError;
+use crate::base::pace::{Halt, Marks, Pace};
+use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::slices::Slices;
+use crate::base::workers::Workers;
+use crate::finish::packing_cuts::cut_to_pack;
+use crate::finish::place::Placing;
+use crate::finish::strips::straighten_strips;
+use crate::search::budget::Budget;
+use glam::DVec2;
+
+/// What it works on.
+pub(super) struct ExactRun<'e> {
+    pub placing: &'e Placing<'e>,
+    pub polishing: Polishing,
+    pub budget: Budget,
+    pub kept_uv: Option<&'e [DVec2]>, // (c) of the input
+    pub workers: &'e dyn Workers,
+}
+
+impl ExactRun<'_> {
+    /// Makes charts of all pieces: `uv` and `cut` have one entry a corner, in the order of the pieces. Where the stage ends early, what is
+    /// missing is made without a search.
+    pub fn run(
+        &self,
+        uv: &mut [DVec2],
+        cut: &mut [u8],
+        mut scratch: Scratch,
+        pace: &mut Pace,
+    ) -> Result<(), UnwrapError> {
+        let Self { placing, polishing, budget, kept_uv, workers } = *self;
+        let (pieces, working) = (placing.pieces, placing.working);
+        let kept = scratch.take::<u8>(if kept_uv.is_some() { pieces.count() } else { 0 })?;
+        if let Some(kept_uv) = kept_uv {
+            let corner = |slot: usize| working.corner_source[pieces.source[slot] as usize] as usize;
+            let of = |slot: usize| kept_uv.get(corner(slot)).copied().unwrap_or(DVec2::NAN);
+            take_over(uv, kept, pieces, budget.distortion, of, scratch.frame(), workers)?;
+        }
+        let made = unwrap_pieces(uv, cut, kept, pieces, budget, scratch.frame(), workers, pace)?;
+        if !pace.has_ended() {
+            polishing.unless_broken(uv, cut, placing, budget.ends_early, scratch.frame(), workers, pace)?;
+        }
+        if pace.has_ended() {
+            complete(uv, cut, made, kept, pieces, scratch, workers)?;
+        }
+        Ok(())
+    }
+}
+
+/// What is done to charts after the search.
+#[derive(Clone, Copy)]
+pub(super) struct Polishing {
+    /// Whether strips become rectangles.
+    pub straightens: bool,
+    /// Whether charts are cut where that fills the square.
+    pub cuts: bool,
+    /// Bound on the mean symmetric Dirichlet energy over 4.
+    pub distortion: f64,
+}
+
+impl Polishing {
+    pub fn polish(
+        &self,
+        uv: &mut [DVec2],
+        cut: &mut [u8],
+        placing: &Placing,
+        mut scratch: Scratch,
+        workers: &dyn Workers,
+    ) -> Result<(), ScratchTooSmall> {
+        if self.straightens {
+            straighten_strips(uv, cut, placing.pieces, self.distortion, scratch.frame(), workers)?;
+        }
+        if self.cuts {
+            cut_to_pack(uv, cut, placing, scratch, workers)?;
+        }
+        Ok(())
+    }
+
+    /// Polishes; where that is broken off, all is as it was.
+    #[allow(clippy::too_many_arguments)]
+    fn unless_broken(
+        &self,
+        uv: &mut [DVec2],
+        cut: &mut [u8],
+        placing: &Placing,
+        ends_early: bool,
+        mut scratch: Scratch,
+        workers: &dyn Workers,
+        pace: &mut Pace,
+    ) -> Result<(), UnwrapError> {
+        if !ends_early {
+            return Ok(self.polish(uv, cut, placing, scratch, workers)?);
+        }
+        let (last_uv, last_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
+        last_uv.copy_from(uv);
+        last_cut.copy_from(cut);
+        match self.polish(uv, cut, placing, scratch, workers) {
+            Err(e) if e.is_alarm() && pace.broken() == Halt::Back => {
+                uv.copy_from(last_uv);
+                cut.copy_from(last_cut);
+                Ok(())
+            }
+            done => Ok(done?),
+        }
+    }
+}

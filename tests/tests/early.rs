@@ -1,0 +1,152 @@
+//! Runs that end early, wherever that is: the atlas is valid, and counted work gives it again.
+
+use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use glam::DVec3;
+use seamwright::formats::loaded::load;
+use seamwright::mesh::polygons::Mesh;
+use seamwright::run::threads::Pool;
+use seamwright_core::base::progress::{Progress, Stage, Wish};
+use seamwright_core::base::workers::{Serial, Workers};
+use seamwright_core::pipeline::{CountedWork, Settings, UnwrapError};
+use seamwright_tests::road::{judge, run, run_told, unsound};
+use std::path::Path;
+
+/// Sounds the alarm when tasks are handed to it for a given time.
+struct Ringing<'r> {
+    pool: Pool,
+    left: AtomicUsize,
+    alarm: &'r AtomicBool,
+}
+
+impl Workers for Ringing<'_> {
+    fn run(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
+        if self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
+            self.alarm.store(true, Ordering::Relaxed);
+        }
+        self.pool.run(count, task);
+    }
+}
+
+/// Counts the times that tasks are handed to it.
+struct Counted {
+    pool: Pool,
+    calls: AtomicUsize,
+}
+
+impl Workers for Counted {
+    fn run(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
+        self.calls.fetch_add(1, Ordering::Relaxed);
+        self.pool.run(count, task);
+    }
+}
+
+/// Answers `wish` once the alarm has sounded, and takes it back for `Finish`.
+struct Hurried<'h> {
+    alarm: &'h AtomicBool,
+    wish: Wish,
+    heard: Option<Stage>,
+}
+
+impl Progress for Hurried<'_> {
+    fn report(&mut self, stage: Stage, _: usize, _: usize) -> Wish {
+        // What can end early does from here on.
+        if self.alarm.swap(self.wish == Wish::Stop && self.alarm.load(Ordering::Relaxed), Ordering::Relaxed) {
+            self.heard = Some(stage);
+        }
+        if self.heard.is_some() { self.wish } else { Wish::GoOn }
+    }
+}
+
+fn settings() -> Settings {
+    Settings { rays: 32, effort: 0.1, ..Settings::default() }
+}
+
+/// Ends after so many calls of the workers. The stage that heard of it, nothing where the run was done before.
+fn end_after(calls: usize, mesh: &Mesh, settings: Settings) -> Option<Stage> {
+    let alarm = AtomicBool::new(false);
+    let workers = Ringing { pool: Pool::new(Some(2)).unwrap(), left: AtomicUsize::new(calls), alarm: &alarm };
+    let mut progress = Hurried { alarm: &alarm, wish: Wish::Finish, heard: None };
+    let limited = Settings { ends_early: true, ..settings };
+    let (atlas, report) = match run_told(mesh, &limited, &workers, 0, &mut progress, &alarm) {
+        // In stages that cannot end early an alarm is taken for a wish to stop.
+        Err(UnwrapError::Cancelled) => return progress.heard,
+        made => made.unwrap(),
+    };
+    let wrong = unsound(&judge(mesh, &atlas), &atlas, &report);
+    assert!(wrong.is_empty(), "after {calls} calls, {:?}: {wrong:?}", report.ended_early);
+    if let Some(work) = report.ended_early {
+        let again = run(mesh, &Settings { work, ..settings }, &Serial, 0).unwrap();
+        assert!(again.0 == atlas, "after {calls} calls: {work:?} gives another atlas");
+        assert_eq!(again.1.ended_early, Some(work));
+    }
+    progress.heard
+}
+
+fn fixture(name: &str) -> Mesh {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures").join(name);
+    load(&path).unwrap().mesh().clone()
+}
+
+/// Meshes side by side as one.
+fn together(meshes: &[Mesh]) -> Mesh {
+    let mut all = Mesh { polygon_start: vec![0], ..Mesh::default() };
+    for (i, mesh) in meshes.iter().enumerate() {
+        let (vertices, corners) = (all.positions.len() as u32, all.corners.len() as u32);
+        all.positions.extend(mesh.positions.iter().map(|p| *p + DVec3::X * 5.0 * i as f64));
+        all.corners.extend(mesh.corners.iter().map(|v| v + vertices));
+        all.polygon_start.extend(mesh.polygon_start[1..].iter().map(|c| c + corners));
+    }
+    all
+}
+
+#[test]
+fn a_run_that_is_broken_off_anywhere_gives_a_valid_atlas_that_its_work_gives_again() {
+    let several = together(&["cube.obj", "gear.obj", "torus.obj", "hand.obj", "sphere.obj"].map(fixture));
+    for (mesh, search) in [(fixture("quadruped.obj"), 0), (several, 0), (fixture("gear.obj"), 2)] {
+        let settings = Settings { search, ..settings() };
+        let counted = Counted { pool: Pool::new(Some(2)).unwrap(), calls: AtomicUsize::new(0) };
+        run(&mesh, &settings, &counted, 0).unwrap();
+        let all = counted.calls.into_inner();
+        // Here and there, and everywhere in packing and before it.
+        let scattered = core::iter::successors(Some(1), |calls| Some(2 * calls + 1));
+        let calls = scattered.take_while(|calls| *calls < all).chain(all.saturating_sub(6)..=all);
+        let heard: Vec<Stage> = calls.filter_map(|calls| end_after(calls, &mesh, settings)).collect();
+        for stage in [Stage::Exposure, Stage::Seams, Stage::Pack] {
+            assert!(heard.contains(&stage), "{heard:?}");
+        }
+    }
+}
+
+#[test]
+fn stages_end_at_limits_of_work_one_by_one() {
+    let mesh = fixture("quadruped.obj");
+    let whole = run(&mesh, &settings(), &Serial, 0).unwrap();
+    assert_eq!(whole.1.ended_early, None);
+    let none = CountedWork { exposure: 0, seams: 0, pack: 0 };
+    for work in [
+        CountedWork { exposure: 0, ..CountedWork::ALL },
+        CountedWork { seams: 0, ..CountedWork::ALL },
+        CountedWork { pack: 0, ..CountedWork::ALL },
+        none,
+    ] {
+        let (atlas, report) = run(&mesh, &Settings { work, ..settings() }, &Serial, 0).unwrap();
+        assert_eq!(unsound(&judge(&mesh, &atlas), &atlas, &report), Vec::<String>::new(), "{work:?}");
+        assert_eq!(report.ended_early, Some(work));
+        assert!(report.utilisation < whole.1.utilisation || work.pack > 0);
+    }
+    let most = CountedWork { exposure: 1 << 40, seams: 1 << 40, pack: 1 << 20 };
+    let same = run(&mesh, &Settings { work: most, ..settings() }, &Serial, 0).unwrap();
+    assert!(same.0 == whole.0);
+}
+
+#[test]
+fn who_wants_to_stop_is_answered_by_the_alarm() {
+    let mesh = fixture("quadruped.obj");
+    for calls in [1, 4, 30, 200] {
+        let alarm = AtomicBool::new(false);
+        let workers = Ringing { pool: Pool::new(Some(2)).unwrap(), left: AtomicUsize::new(calls), alarm: &alarm };
+        let mut progress = Hurried { alarm: &alarm, wish: Wish::Stop, heard: None };
+        let stopped = run_told(&mesh, &settings(), &workers, 0, &mut progress, &alarm);
+        assert_eq!(stopped.err(), Some(UnwrapError::Cancelled));
+    }
+}
