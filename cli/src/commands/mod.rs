@@ -12,9 +12,13 @@ mod unwrap;
 
 use crate::args::line::Command;
 use crate::base::failure::Failure;
+use crate::run::stop::stop_at_once;
 
 /// Runs `command`.
 pub fn run(command: &Command) -> Result<(), Failure> {
+    if !matches!(command, Command::Batch(_)) {
+        stop_at_once();
+    }
     match command {
         Command::Unwrap(args) => unwrap::unwrap(args),
         Command::Apply(args) => apply::apply(args),

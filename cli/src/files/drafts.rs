@@ -10,6 +10,9 @@ use crate::base::failure::Failure;
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
 use tempfile::{Builder, NamedTempFile};
 
 /// Links that are followed, as many as Linux does.
@@ -92,6 +95,8 @@ impl Drafts {
 
     /// Puts every output in its place: what is written in place first, since that may fail where a rename does not.
     pub fn publish(mut self) -> Result<(), Failure> {
+        let mut known = known();
+        known.are_published = !self.drafts.is_empty();
         self.drafts.sort_by_key(|draft| matches!(draft.text, Text::Beside(_)));
         for Draft { flag, path, text } in self.drafts {
             match text {
@@ -149,7 +154,43 @@ fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     if let Some(permissions) = permissions {
         builder.permissions(permissions);
     }
-    builder.tempfile_in(folder)
+    // Named in the lock, so that whoever abandons all drafts knows of it.
+    let mut named = known();
+    let file = builder.tempfile_in(folder)?;
+    named.drafts.push(file.path().to_path_buf());
+    Ok(file)
+}
+
+/// The drafts of this process.
+struct Known {
+    drafts: Vec<PathBuf>,
+    are_published: bool,
+}
+
+static KNOWN: Mutex<Known> = Mutex::new(Known { drafts: Vec::new(), are_published: false });
+
+fn known() -> MutexGuard<'static, Known> {
+    KNOWN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes all drafts, after which none can be made or published: for a process that is about to end. False where outputs are in their
+/// places already. Does not wait long for a reader of what is written in place.
+pub fn abandon() -> bool {
+    for _ in 0..20 {
+        if let Ok(known) = KNOWN.try_lock() {
+            if known.are_published {
+                return false;
+            }
+            for draft in &known.drafts {
+                // Most are gone, with what made them.
+                let _ = fs::remove_file(draft);
+            }
+            std::mem::forget(known);
+            return true;
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+    true
 }
 
 /// What a new file gets before the user's mask.

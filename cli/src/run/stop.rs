@@ -1,7 +1,10 @@
 //! The wish to stop, as Ctrl-C or a termination signal says it.
 
 use crate::base::failure::Failure;
+use crate::files::drafts::abandon;
 use core::sync::atomic::{AtomicBool, Ordering};
+use std::io::{Write, stderr};
+use std::time::Duration;
 
 /// Set by Ctrl-C; asked at every report.
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -15,6 +18,12 @@ static SHORTENS: AtomicBool = AtomicBool::new(false);
 /// Set in the environment of a process whose standard input is a pipe from the process that watches it.
 pub const FOLLOWS: &str = "SEAMWRIGHT_FOLLOWS";
 
+/// Set where a wish to stop is to be answered at once, whatever is under way.
+static AT_ONCE: AtomicBool = AtomicBool::new(false);
+
+/// Time in which a run that was asked to stop can end by itself.
+const GRACE: Duration = Duration::from_millis(100);
+
 /// From now on Ctrl-C (and a termination signal) asks the run to stop; a second one ends the program at once.
 pub fn listen_for_stop() {
     // Without a handler Ctrl-C ends the program in the usual way, which leaves no output either.
@@ -22,8 +31,17 @@ pub fn listen_for_stop() {
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(Failure::Stopped.code()));
         }
-        if !SHORTENS.load(Ordering::Relaxed) {
-            ALARM.store(true, Ordering::Relaxed);
+        if SHORTENS.load(Ordering::Relaxed) {
+            return;
+        }
+        ALARM.store(true, Ordering::Relaxed);
+        if AT_ONCE.load(Ordering::Relaxed) {
+            // Long sorts, reading and writing look at no alarm.
+            std::thread::sleep(GRACE);
+            if abandon() {
+                let _ = writeln!(stderr(), "seamwright: {}", Failure::Stopped);
+                std::process::exit(i32::from(Failure::Stopped.code()));
+            }
         }
     });
     if std::env::var_os(FOLLOWS).is_some() {
@@ -33,6 +51,11 @@ pub fn listen_for_stop() {
             std::process::exit(i32::from(Failure::Stopped.code()));
         });
     }
+}
+
+/// From now on a wish to stop ends the program within [`GRACE`], and what it would have written with it.
+pub fn stop_at_once() {
+    AT_ONCE.store(true, Ordering::Relaxed);
 }
 
 /// Whether the user asked to stop.
