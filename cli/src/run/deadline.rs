@@ -10,7 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Shares of the limit at which stages end.
-const SHARES: [(Stage, f64); 3] = [(Stage::Exposure, 0.25), (Stage::Seams, 0.6), (Stage::Pack, 0.8)];
+const SHARES: [(Stage, f64); 3] = [(Stage::Exposure, 0.25), (Stage::Seams, 0.5), (Stage::Pack, 0.75)];
 
 /// Rings when the time of the stage at work is up.
 pub struct Deadlines {
