@@ -18,6 +18,9 @@ pub struct SettingsArgs {
     /// Whether the side of a cylinder, a pipe, a belt becomes a rectangle
     #[arg(long, value_enum, default_value_t = StraightenArg::Auto)]
     pub straighten: StraightenArg,
+    /// Whether straight borders lie on the edges of texels
+    #[arg(long, value_enum, default_value_t = SnapArg::Off)]
+    pub snap: SnapArg,
     /// How charts are placed
     #[arg(long, value_enum, default_value_t = PackingArg::Tight)]
     pub packing: PackingArg,
@@ -68,6 +71,15 @@ pub enum StraightenArg {
     Auto,
 }
 
+/// Whether charts are fitted to texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SnapArg {
+    /// They lie where packing puts them
+    Off,
+    /// Borders that run along an axis lie on the edges of texels, where the bound allows
+    Texel,
+}
+
 /// How charts are placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PackingArg {
@@ -106,6 +118,7 @@ impl SettingsArgs {
             distortion,
             charts,
             straighten,
+            snap,
             packing,
             prefer,
             hard_edges,
@@ -124,6 +137,7 @@ impl SettingsArgs {
             ("--distortion", distortion.to_string()),
             ("--charts", name(charts)),
             ("--straighten", name(straighten)),
+            ("--snap", name(snap)),
             ("--packing", name(packing)),
             ("--prefer", name(prefer)),
             ("--hard-edges", name(hard_edges)),
@@ -154,6 +168,10 @@ impl SettingsArgs {
             straighten: match self.straighten {
                 StraightenArg::Off => pipeline::Straighten::Off,
                 StraightenArg::Auto => pipeline::Straighten::Auto,
+            },
+            snap: match self.snap {
+                SnapArg::Off => pipeline::Snap::Off,
+                SnapArg::Texel => pipeline::Snap::Texel,
             },
             packing: match self.packing {
                 PackingArg::Tight => pipeline::Packing::Tight,

@@ -3,7 +3,7 @@
 use crate::args::method::MethodArg;
 use crate::args::settings::work_words;
 use crate::formats::loaded::Loaded;
-use seamwright_core::pipeline::{Charts, CountedWork, Packing, Settings, Straighten};
+use seamwright_core::pipeline::{Charts, CountedWork, Packing, Settings, Snap, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
 use serde::Serialize;
@@ -31,6 +31,7 @@ pub struct SettingsReport {
     pub distortion: f64,
     pub charts: &'static str,
     pub straighten: &'static str,
+    pub snap: &'static str,
     pub packing: &'static str,
     pub prefer: &'static str,
     pub hard_edges: &'static str,
@@ -75,6 +76,10 @@ impl SettingsReport {
             straighten: match settings.straighten {
                 Straighten::Off => "off",
                 Straighten::Auto => "auto",
+            },
+            snap: match settings.snap {
+                Snap::Off => "off",
+                Snap::Texel => "texel",
             },
             packing: match settings.packing {
                 Packing::Tight => "tight",

@@ -167,6 +167,11 @@ impl<'a> Pieces<'a> {
         })
     }
 
+    /// Whether the edge of a corner of all pieces is a cut or a border.
+    pub fn is_open(&self, cut: &[u8], slot: usize) -> bool {
+        self.twin[slot] == NONE || cut[slot] != 0
+    }
+
     /// Piece `p` as a surface; lists its vertices' corners in `keep`.
     pub fn surface<'s>(&'s self, p: usize, keep: &mut Scratch<'s>) -> Result<Surface<'s>, ScratchTooSmall> {
         let Surface { mesh, twin, rest, cost, .. } = self.bare_surface(p);

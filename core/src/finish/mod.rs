@@ -9,4 +9,5 @@ pub mod place;
 pub mod settle;
 pub mod snap;
 pub mod strips;
+mod texels;
 pub mod upright;

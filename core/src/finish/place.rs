@@ -9,6 +9,7 @@ use super::apart::{mark_turned, set_apart};
 use super::order::order_charts;
 use super::settle::settle;
 use super::snap::{close_slits, packing_step, part_touching, straighten, uv_area};
+use super::texels::Texels;
 use super::upright::directions;
 use crate::base::progress::{Progress, Stage, Stopped, Wish, tell};
 use crate::base::real;
@@ -70,6 +71,8 @@ pub struct Placing<'p> {
     pub packing: PackSettings,
     /// Improvements at the most, over all attempts.
     pub steps: u64,
+    /// The bound on distortion within which straight borders go to the edges of texels, where that is wanted.
+    pub on_texels: Option<f64>,
     /// Whether what overlaps is split and packed anew, not only counted.
     pub mends: bool,
 }
@@ -309,10 +312,23 @@ fn onto_grid(
     let Placing { pieces, working, .. } = placing;
     let steps = (1u32 << GRID_BITS) as f64;
     let node = numbers.node.as_flattened();
-    for (slot, n) in node.iter().enumerate() {
-        let p = packed.placement(numbers, slot).apply(uv[slot]);
-        let p = (p - DVec2::splat(0.5)) * (1.0 - 2.0 * packed.margin) + DVec2::splat(0.5);
-        grid[*n as usize] = GridPoint::snap(p.min(DVec2::splat(1.0 - 1.0 / steps)), GRID_BITS);
+    {
+        let mut frame = scratch.frame();
+        let placed = frame.take::<DVec2>(grid.len())?;
+        let shrink = 1.0 - 2.0 * packed.margin;
+        for (slot, n) in node.iter().enumerate() {
+            let p = packed.placement(numbers, slot).apply(uv[slot]);
+            placed[*n as usize] = (p - DVec2::splat(0.5)) * shrink + DVec2::splat(0.5);
+        }
+        if let Some(bound) = placing.on_texels {
+            let Numbers { node, chart, charts, .. } = *numbers;
+            let texels = Texels { size: placing.packing.size, bound, node, chart, rest: pieces.rest() };
+            let scale = |k: u32| packed.placements[k as usize].scale * shrink;
+            texels.lay(placed, charts, |slot| pieces.is_open(cut, slot), scale, frame)?;
+        }
+        for (to, p) in grid.iter_mut().zip(placed.iter()) {
+            *to = GridPoint::snap(p.min(DVec2::splat(1.0 - 1.0 / steps)), GRID_BITS);
+        }
     }
     for p in 0..pieces.count() {
         close_slits(grid, pieces.slits(p, cut, node));

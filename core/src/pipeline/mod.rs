@@ -19,5 +19,5 @@ pub mod unwrap;
 
 pub use input::{Input, Output};
 pub use report::{Report, UnwrapError};
-pub use settings::{Charts, CountedWork, Packing, Settings, Straighten};
+pub use settings::{Charts, CountedWork, Packing, Settings, Snap, Straighten};
 pub use unwrap::{Method, need_for, unwrap, unwrap_by, unwrap_need};

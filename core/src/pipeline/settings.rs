@@ -34,6 +34,17 @@ pub enum Straighten {
     Auto,
 }
 
+/// Whether charts are fitted to the texture's texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Snap {
+    /// They lie where packing puts them.
+    #[default]
+    Off,
+    /// Straight borders that run along an axis lie on the edges of texels, where the bound allows. Charts are packed one texel farther
+    /// apart, of which that may take as much.
+    Texel,
+}
+
 /// What the user can ask for.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -43,6 +54,8 @@ pub struct Settings {
     pub charts: Charts,
     /// Whether the side of a cylinder, a pipe, a belt becomes a rectangle.
     pub straighten: Straighten,
+    /// Whether charts are fitted to texels.
+    pub snap: Snap,
     /// Placement.
     pub packing: Packing,
     /// Texture side in texels, for the padding.
@@ -99,6 +112,7 @@ impl Default for Settings {
             distortion: 1.025,
             charts: Charts::Few,
             straighten: Straighten::Auto,
+            snap: Snap::Off,
             packing: Packing::Tight,
             size: 1024,
             padding: 2,
@@ -128,7 +142,7 @@ impl Settings {
         };
         PackSettings {
             size: self.size,
-            padding: self.padding,
+            padding: self.padding.saturating_add(u32::from(self.snap == Snap::Texel)),
             mode,
             seed: self.seed,
             effort: self.effort,

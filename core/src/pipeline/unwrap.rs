@@ -6,7 +6,7 @@ use super::input::{Input, Output};
 use super::learned::{hybrid, neural};
 use super::learning::{LearnScene, Learning};
 use super::report::{Report, UnwrapError};
-use super::settings::{Charts, CountedWork, Packing, Settings, Straighten};
+use super::settings::{Charts, CountedWork, Packing, Settings, Snap, Straighten};
 use crate::base::pace::Pace;
 use crate::base::progress::{Progress, Stage, tell};
 use crate::base::scratch::{Scratch, bytes_for};
@@ -131,9 +131,7 @@ pub fn unwrap_by(
     let input_of = |p: DVec3| own_frame.back(p) * working.extent + working.centre;
     let scene = LearnScene { pieces: &pieces, open: &open, place_of: &place_of, input_of: &input_of, budget, workers };
     let mends = !matches!(method, Method::Neural(_));
-    let packing = settings.pack();
-    let mut placing =
-        Placing { pieces: &pieces, working: &working, parts: input.parts, packing, steps: settings.work.pack, mends };
+    let mut placing = placing(settings, &pieces, &working, input.parts, mends);
     let polishing = Polishing {
         straightens: mends && input.kept_uv.is_none() && settings.straighten != Straighten::Off,
         cuts: !budget.bulky && mends && input.kept_uv.is_none() && settings.packing == Packing::Tight,
@@ -164,6 +162,18 @@ pub fn unwrap_by(
     let ended_early = CountedWork::of([exposed, searched, placed.steps]);
     let PlaceSummary { chart_count, distortion, utilisation, flipped, overlapping, .. } = placed;
     Ok(Report { chart_count, distortion, utilisation, flipped, overlapping, forbidden_cuts, repaired, ended_early })
+}
+
+/// What is placed, and how.
+fn placing<'p>(
+    settings: &Settings,
+    pieces: &'p Pieces<'p>,
+    working: &'p Working<'p>,
+    parts: Option<&'p [u32]>,
+    mends: bool,
+) -> Placing<'p> {
+    let on_texels = (settings.snap == Snap::Texel).then_some(settings.distortion);
+    Placing { pieces, working, parts, packing: settings.pack(), steps: settings.work.pack, on_texels, mends }
 }
 
 /// What the search may spend.

@@ -65,13 +65,18 @@ impl Strain {
         let mut sum = Self::default();
         let flat = flat_area(rest);
         for (f, rest) in rest.iter().enumerate().filter(|(_, r)| r.area > flat) {
-            let [c0, c1] = rest.jacobian([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
-            let (det, norm) = (c0.perp_dot(c1), c0.dot(c0) + c1.dot(c1));
-            sum.stretch += rest.area * norm;
-            sum.shrink += rest.area * norm / (det * det);
-            sum.area += rest.area;
+            sum.add(rest, [uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
         }
         sum
+    }
+
+    /// Adds a face.
+    pub fn add(&mut self, rest: &Rest, corners: [DVec2; 3]) {
+        let [c0, c1] = rest.jacobian(corners);
+        let (det, norm) = (c0.perp_dot(c1), c0.dot(c0) + c1.dot(c1));
+        self.stretch += rest.area * norm;
+        self.shrink += rest.area * norm / (det * det);
+        self.area += rest.area;
     }
 
     /// Mean symmetric Dirichlet energy over 4 after the best scale.

@@ -2,7 +2,7 @@
 
 use crate::bytes::Bytes;
 use glam::{DVec2, DVec3};
-use seamwright_core::pipeline::{Charts, Input, Packing, Settings, Straighten, CountedWork};
+use seamwright_core::pipeline::{Charts, Input, Packing, Settings, Snap, Straighten, CountedWork};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
 use std::collections::HashMap;
@@ -160,6 +160,7 @@ pub fn settings(bytes: &mut Bytes, is_wild: bool) -> Settings {
         prefer: bytes.pick(&[Prefer::Balance, Prefer::Seams, Prefer::Fill]),
         search: bytes.pick(&[0, 1, 3]),
         straighten: bytes.pick(&[Straighten::Auto, Straighten::Off]),
+        snap: bytes.pick(&[Snap::Off, Snap::Texel]),
         seed: u64::from(bytes.byte()),
         ends_early: bytes.pick(&[false, true]),
         work: bytes.pick(&[CountedWork::ALL, CountedWork { seams: 5000, ..CountedWork::ALL }, CountedWork { exposure: 0, seams: 0, pack: 0 }, CountedWork { pack: 1, ..CountedWork::ALL }]),
