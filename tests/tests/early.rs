@@ -11,17 +11,22 @@ use seamwright_core::pipeline::{CountedWork, Settings, UnwrapError};
 use seamwright_tests::road::{judge, run, run_told, unsound};
 use std::path::Path;
 
-/// Sounds the alarm when tasks are handed to it for a given time.
+/// Sounds the alarm when tasks are handed to it for a given time, or as soon after that as a stage can end early.
 struct Ringing<'r> {
     pool: Pool,
     left: AtomicUsize,
     alarm: &'r AtomicBool,
+    can_end: &'r AtomicBool,
 }
 
 impl Workers for Ringing<'_> {
     fn run(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
-        if self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
+        let due = self.left.load(Ordering::Relaxed) == 1;
+        if due && self.can_end.load(Ordering::Relaxed) {
             self.alarm.store(true, Ordering::Relaxed);
+        }
+        if !due || self.can_end.load(Ordering::Relaxed) {
+            self.left.fetch_sub(1, Ordering::Relaxed);
         }
         self.pool.run(count, task);
     }
@@ -43,12 +48,15 @@ impl Workers for Counted {
 /// Answers `wish` once the alarm has sounded, and takes it back for `Finish`.
 struct Hurried<'h> {
     alarm: &'h AtomicBool,
+    can_end: &'h AtomicBool,
     wish: Wish,
     heard: Option<Stage>,
 }
 
 impl Progress for Hurried<'_> {
-    fn report(&mut self, stage: Stage, _: usize, _: usize) -> Wish {
+    fn report(&mut self, stage: Stage, done: usize, total: usize) -> Wish {
+        let can_end = matches!(stage, Stage::Exposure | Stage::Seams | Stage::Pack) && done != total;
+        self.can_end.store(can_end, Ordering::Relaxed);
         // What can end early does from here on.
         if self.alarm.swap(self.wish == Wish::Stop && self.alarm.load(Ordering::Relaxed), Ordering::Relaxed) {
             self.heard = Some(stage);
@@ -58,20 +66,17 @@ impl Progress for Hurried<'_> {
 }
 
 fn settings() -> Settings {
-    Settings { rays: 32, effort: 0.1, ..Settings::default() }
+    Settings { rays: 16, effort: 0.05, ..Settings::default() }
 }
 
 /// Ends after so many calls of the workers. The stage that heard of it, nothing where the run was done before.
 fn end_after(calls: usize, mesh: &Mesh, settings: Settings) -> Option<Stage> {
-    let alarm = AtomicBool::new(false);
-    let workers = Ringing { pool: Pool::new(Some(2)).unwrap(), left: AtomicUsize::new(calls), alarm: &alarm };
-    let mut progress = Hurried { alarm: &alarm, wish: Wish::Finish, heard: None };
+    let (alarm, can_end) = (AtomicBool::new(false), AtomicBool::new(false));
+    let (pool, left) = (Pool::new(Some(2)).unwrap(), AtomicUsize::new(calls));
+    let workers = Ringing { pool, left, alarm: &alarm, can_end: &can_end };
+    let mut progress = Hurried { alarm: &alarm, can_end: &can_end, wish: Wish::Finish, heard: None };
     let limited = Settings { ends_early: true, ..settings };
-    let (atlas, report) = match run_told(mesh, &limited, &workers, 0, &mut progress, &alarm) {
-        // In stages that cannot end early an alarm is taken for a wish to stop.
-        Err(UnwrapError::Cancelled) => return progress.heard,
-        made => made.unwrap(),
-    };
+    let (atlas, report) = run_told(mesh, &limited, &workers, 0, &mut progress, &alarm).unwrap();
     let wrong = unsound(&judge(mesh, &atlas), &atlas, &report);
     assert!(wrong.is_empty(), "after {calls} calls, {:?}: {wrong:?}", report.ended_early);
     if let Some(work) = report.ended_early {
@@ -108,8 +113,8 @@ fn a_run_that_is_broken_off_anywhere_gives_a_valid_atlas_that_its_work_gives_aga
         run(&mesh, &settings, &counted, 0).unwrap();
         let all = counted.calls.into_inner();
         // Here and there, and everywhere in packing and before it.
-        let scattered = core::iter::successors(Some(1), |calls| Some(2 * calls + 1));
-        let calls = scattered.take_while(|calls| *calls < all).chain(all.saturating_sub(6)..=all);
+        let scattered = core::iter::successors(Some(1), |calls| Some(3 * calls + 1));
+        let calls = scattered.take_while(|calls| *calls < all).chain(all.saturating_sub(4)..=all);
         let heard: Vec<Stage> = calls.filter_map(|calls| end_after(calls, &mesh, settings)).collect();
         for stage in [Stage::Exposure, Stage::Seams, Stage::Pack] {
             assert!(heard.contains(&stage), "{heard:?}");
@@ -143,9 +148,10 @@ fn stages_end_at_limits_of_work_one_by_one() {
 fn who_wants_to_stop_is_answered_by_the_alarm() {
     let mesh = fixture("quadruped.obj");
     for calls in [1, 4, 30, 200] {
-        let alarm = AtomicBool::new(false);
-        let workers = Ringing { pool: Pool::new(Some(2)).unwrap(), left: AtomicUsize::new(calls), alarm: &alarm };
-        let mut progress = Hurried { alarm: &alarm, wish: Wish::Stop, heard: None };
+        let (alarm, can_end) = (AtomicBool::new(false), AtomicBool::new(false));
+        let (pool, left) = (Pool::new(Some(2)).unwrap(), AtomicUsize::new(calls));
+        let workers = Ringing { pool, left, alarm: &alarm, can_end: &can_end };
+        let mut progress = Hurried { alarm: &alarm, can_end: &can_end, wish: Wish::Stop, heard: None };
         let stopped = run_told(&mesh, &settings(), &workers, 0, &mut progress, &alarm);
         assert_eq!(stopped.err(), Some(UnwrapError::Cancelled));
     }

@@ -82,6 +82,16 @@ impl<'a> Scratch<'a> {
         Self { free: bytes, alarm: Some(alarm) }
     }
 
+    /// The same memory, which `alarm` refuses.
+    pub fn under(self, alarm: Alarm<'a>) -> Self {
+        Self { alarm: alarm.0, ..self }
+    }
+
+    /// The same memory, which no alarm refuses: for what nothing can be had without.
+    pub fn quiet(self) -> Self {
+        self.under(Alarm(None))
+    }
+
     /// Fails once the alarm is set: for loops that take long without asking for memory.
     pub fn look_up(&self) -> Result<(), ScratchTooSmall> {
         self.alarm().check()
@@ -197,6 +207,9 @@ mod tests {
         assert_eq!(scratch.frame().fill::<u8>(|_| Some(1)).err(), refused);
         assert_eq!(scratch.split(0).err(), refused);
         assert!(scratch.alarm().is_set());
+        assert!(scratch.frame().quiet().take::<u8>(1).is_ok());
+        let set = scratch.alarm();
+        assert_eq!(scratch.frame().quiet().under(set).take::<u8>(1).err(), refused);
         alarm.store(false, Ordering::Relaxed);
         assert!(part.take::<u8>(1).is_ok());
     }

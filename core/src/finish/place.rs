@@ -13,7 +13,7 @@ use super::texels::Texels;
 use super::upright::directions;
 use crate::base::progress::{Progress, Stage, Stopped, Wish, tell};
 use crate::base::real;
-use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::scratch::{Alarm, Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::charts::pieces::Pieces;
@@ -125,13 +125,16 @@ pub fn place(
     out: AtlasOutput,
     maps: Maps,
     placing: &Placing,
-    mut scratch: Scratch,
+    scratch: Scratch,
     workers: &dyn Workers,
     progress: &mut dyn Progress,
 ) -> Result<PlaceSummary, PlaceError> {
     let Maps { uv, cut } = maps;
     let AtlasOutput { corner_uv, polygon_chart } = out;
     let faces = placing.working.faces.len();
+    // What is placed is made an atlas; only improvements of the packing may be broken off.
+    let alarm = scratch.alarm();
+    let mut scratch = scratch.quiet();
     let mut done = PlaceSummary::default();
     let mut steps = StepCount { left: placing.steps, ..StepCount::default() };
     for attempt in 0..ATTEMPTS {
@@ -143,7 +146,7 @@ pub fn place(
         settle(uv, numbers.chart, along, frame.frame())?;
         let area = uv_area(uv);
         let packing = PackSettings { steps: steps.left.min(u64::from(u32::MAX)) as u32, ..placing.packing };
-        let packed = pack_charts(uv, &numbers, along, area, attempt, &packing, &mut frame, workers)?;
+        let packed = pack_charts(uv, &numbers, along, area, attempt, &packing, alarm, &mut frame, workers)?;
         steps.count(&packed.summary, progress, attempt)?;
         let grid = frame.take::<GridPoint>(numbers.nodes)?;
         done.flipped = onto_grid(grid, uv, cut, &numbers, &packed, placing, frame.frame())?;
@@ -260,6 +263,7 @@ fn pack_charts<'f>(
     area: f64,
     attempt: usize,
     asked: &PackSettings,
+    alarm: Alarm,
     keep: &mut Scratch<'f>,
     workers: &dyn Workers,
 ) -> Result<Packed<'f>, ScratchTooSmall> {
@@ -274,7 +278,7 @@ fn pack_charts<'f>(
     let shapes = FlatCharts { uv: points, faces: numbers.node, chart: numbers.chart, count: numbers.charts, upright };
     let share = if attempt < CAREFUL { 1.0 } else { LATER_EFFORT };
     let packing = PackSettings { effort: asked.effort * share, ..*asked };
-    let summary = pack(placements, &shapes, &packing, keep, workers)?;
+    let summary = pack(placements, &shapes, &packing, &mut keep.frame().under(alarm), workers)?;
     let margin = step * placements.iter().fold(0.0, |m, p| p.scale.max(m));
     Ok(Packed { placements, margin, summary })
 }
@@ -295,7 +299,8 @@ pub fn pack_now(
     let turned = scratch.take::<DVec2>(uv.len())?;
     turned.copy_from(uv);
     settle(turned, numbers.chart, along, scratch.frame())?;
-    let summary = pack_charts(turned, &numbers, along, uv_area(uv), 0, &asked, &mut scratch, workers)?.summary;
+    let alarm = scratch.alarm();
+    let summary = pack_charts(turned, &numbers, along, uv_area(uv), 0, &asked, alarm, &mut scratch, workers)?.summary;
     if summary.is_broken { Err(ScratchTooSmall::ALARM) } else { Ok(summary.utilisation) }
 }
 

@@ -63,8 +63,10 @@ pub fn pack(
     workers: &dyn Workers,
 ) -> Result<PackSummary, ScratchTooSmall> {
     debug_assert_eq!(placements.len(), charts.count, "one placement a chart");
-    scratch.require(pack_need(charts.faces.len(), charts.count, settings))?;
-    let mut frame = scratch.frame();
+    // The alarm breaks off improvements alone.
+    let alarm = scratch.alarm();
+    let mut frame = scratch.frame().quiet();
+    frame.require(pack_need(charts.faces.len(), charts.count, settings))?;
     let outlines = outline::trace(charts, &mut frame)?;
     if settings.mode == Mode::Grid {
         return Ok(grid::place(placements, &outlines, settings));
@@ -82,7 +84,7 @@ pub fn pack(
         let whole = frame.take::<Pose>(charts.count)?;
         whole.copy_from(poses);
         let mut shelves = Shelves { poses, whole, side: &mut side, outlines: &outlines, gap };
-        match shelves.improve(&mut steps, settings, &mut frame, workers) {
+        match shelves.improve(&mut steps, settings, &mut frame.under(alarm), workers) {
             Err(e) if e.is_alarm() => {
                 is_broken = !steps.ran_out;
                 poses.copy_from(whole);

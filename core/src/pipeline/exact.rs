@@ -89,17 +89,19 @@ impl Polishing {
         cut: &mut [u8],
         placing: &Placing,
         ends_early: bool,
-        mut scratch: Scratch,
+        scratch: Scratch,
         workers: &dyn Workers,
         pace: &mut Pace,
     ) -> Result<(), UnwrapError> {
         if !ends_early {
             return Ok(self.polish(uv, cut, placing, scratch, workers)?);
         }
-        let (last_uv, last_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
+        let alarm = scratch.alarm();
+        let mut quiet = scratch.quiet();
+        let (last_uv, last_cut) = (quiet.take::<DVec2>(uv.len())?, quiet.take::<u8>(cut.len())?);
         last_uv.copy_from(uv);
         last_cut.copy_from(cut);
-        match self.polish(uv, cut, placing, scratch, workers) {
+        match self.polish(uv, cut, placing, quiet.under(alarm), workers) {
             Err(e) if e.is_alarm() && pace.broken() == Halt::Back => {
                 uv.copy_from(last_uv);
                 cut.copy_from(last_cut);
