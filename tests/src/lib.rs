@@ -5,6 +5,7 @@ pub mod header;
 pub mod learned;
 pub mod plain_obj;
 pub mod road;
+pub mod scenes;
 pub mod shapes;
 pub mod solids;
 

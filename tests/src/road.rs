@@ -37,24 +37,24 @@ pub fn run(
     workers: &dyn Workers,
     more: isize,
 ) -> Result<(Atlas, Report), UnwrapError> {
-    run_told(mesh, settings, workers, more, &mut Silent, &AtomicBool::new(false))
+    run_told(&input(mesh), settings, workers, more, &mut Silent, &AtomicBool::new(false))
 }
 
-/// As [`run`], with somebody who hears of it and may end it.
+/// As [`run`], of an input that may say more, with somebody who hears of it and may end it.
 pub fn run_told(
-    mesh: &Mesh,
+    input: &Input,
     settings: &Settings,
     workers: &dyn Workers,
     more: isize,
     progress: &mut dyn Progress,
     alarm: &AtomicBool,
 ) -> Result<(Atlas, Report), UnwrapError> {
-    let need = unwrap_need(&input(mesh), settings, &ObvhsBuilder);
+    let need = unwrap_need(input, settings, &ObvhsBuilder);
     let mut bytes = vec![0; need.saturating_add_signed(more)];
     let mut atlas = Atlas {
-        corner_uv: vec![DVec2::NAN; mesh.corners.len()],
-        polygon_chart: vec![0; mesh.polygon_count()],
-        exposure: vec![f32::NAN; mesh.positions.len()],
+        corner_uv: vec![DVec2::NAN; input.corners.len()],
+        polygon_chart: vec![0; input.polygon_start.len() - 1],
+        exposure: vec![f32::NAN; input.positions.len()],
     };
     let output = Output {
         corner_uv: &mut atlas.corner_uv,
@@ -62,7 +62,7 @@ pub fn run_told(
         exposure: &mut atlas.exposure,
     };
     let scratch = Scratch::with_alarm(&mut bytes, alarm);
-    let report = unwrap(output, &input(mesh), settings, &ObvhsBuilder, scratch, workers, progress)?;
+    let report = unwrap(output, input, settings, &ObvhsBuilder, scratch, workers, progress)?;
     Ok((atlas, report))
 }
 

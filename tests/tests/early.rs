@@ -8,7 +8,7 @@ use seamwright::run::threads::Pool;
 use seamwright_core::base::progress::{Progress, Stage, Wish};
 use seamwright_core::base::workers::{Serial, Workers};
 use seamwright_core::pipeline::{CountedWork, Settings, UnwrapError};
-use seamwright_tests::road::{judge, run, run_told, unsound};
+use seamwright_tests::road::{input, judge, run, run_told, unsound};
 use std::path::Path;
 
 /// Sounds the alarm when tasks are handed to it for a given time, or as soon after that as a stage can end early.
@@ -76,7 +76,7 @@ fn end_after(calls: usize, mesh: &Mesh, settings: Settings) -> Option<Stage> {
     let workers = Ringing { pool, left, alarm: &alarm, can_end: &can_end };
     let mut progress = Hurried { alarm: &alarm, can_end: &can_end, wish: Wish::Finish, heard: None };
     let limited = Settings { ends_early: true, ..settings };
-    let (atlas, report) = run_told(mesh, &limited, &workers, 0, &mut progress, &alarm).unwrap();
+    let (atlas, report) = run_told(&input(mesh), &limited, &workers, 0, &mut progress, &alarm).unwrap();
     let wrong = unsound(&judge(mesh, &atlas), &atlas, &report);
     assert!(wrong.is_empty(), "after {calls} calls, {:?}: {wrong:?}", report.ended_early);
     if let Some(work) = report.ended_early {
@@ -152,7 +152,7 @@ fn who_wants_to_stop_is_answered_by_the_alarm() {
         let (pool, left) = (Pool::new(Some(2)).unwrap(), AtomicUsize::new(calls));
         let workers = Ringing { pool, left, alarm: &alarm, can_end: &can_end };
         let mut progress = Hurried { alarm: &alarm, can_end: &can_end, wish: Wish::Stop, heard: None };
-        let stopped = run_told(&mesh, &settings(), &workers, 0, &mut progress, &alarm);
+        let stopped = run_told(&input(&mesh), &settings(), &workers, 0, &mut progress, &alarm);
         assert_eq!(stopped.err(), Some(UnwrapError::Cancelled));
     }
 }

@@ -1,5 +1,9 @@
-//! Charts: a surface with cuts, what the cuts leave, paths over it, and work on charts side by side.
+//! Charts: a surface with cuts, what the cuts leave, pieces that are alike, paths over it, and work on charts side by side.
 
+pub mod congruence;
+pub mod copies;
+#[cfg(test)]
+mod copies_tests;
 pub mod list;
 pub mod patch;
 pub mod paths;

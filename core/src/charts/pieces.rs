@@ -11,6 +11,7 @@ use crate::solve::energy::{MOLLIFY, Rest, even_out};
 use glam::DVec3;
 
 /// All pieces; indices are local to a piece.
+#[derive(Clone, Copy)]
 pub struct Pieces<'a> {
     face_start: &'a [u32],   // (pieces + 1)
     vertex_start: &'a [u32], // (pieces + 1)
@@ -136,6 +137,19 @@ impl<'a> Pieces<'a> {
     /// Rest shapes of all faces.
     pub fn rest(&self) -> &'a [Rest] {
         self.rest
+    }
+
+    /// What cutting each half-edge costs.
+    pub fn cost(&self) -> &'a [f64] {
+        self.cost
+    }
+
+    /// The same pieces, where cutting a half-edge costs `cost`.
+    pub fn priced<'c>(&self, cost: &'c [f64]) -> Pieces<'c>
+    where
+        'a: 'c,
+    {
+        Pieces { cost, ..*self }
     }
 
     /// Piece `p` as a surface without the list of its vertices' corners: enough for wedges and charts.

@@ -5,6 +5,7 @@
 //! what a formula expects of them (`crowding`); the best few are tried by packing with little effort, and the best of those stays
 //! where what it fills outweighs what it costs. A chart without distortion is a face of the object, flat or unrolled, and one whose
 //! border runs mostly along sharp edges is a part that people know: both stay whole.
+//! What is made of one piece is made of all that are alike.
 //! Guarantee: a chart cut in two has no more distortion than before, so maps are not touched. Cost: [`TRIED`] packings a cut,
 //! [`CUTS`] cuts.
 
@@ -35,6 +36,9 @@ const LEAST: f64 = 0.05;
 const EACH: usize = 3;
 /// Cuts that are tried by packing before each that is made.
 const TRIED: usize = 4;
+/// More pieces than so many that are alike pack well among one another as they are, and cuts would be made in all: eight cows fill .680
+/// with cuts and .683 without, four crates and four tyres .710 and .745, eight rabbits .752 and .740.
+const MOST_ALIKE: u32 = 3;
 /// Turn, in degrees, from which an edge is sharp.
 const SHARP: f64 = 40.0;
 /// Cuts at the most.
@@ -62,11 +66,10 @@ pub fn cut_to_pack(
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<usize, ScratchTooSmall> {
-    let pieces = placing.pieces;
     let mut fill = None;
     for made in 0..CUTS {
         let mut candidates = heapless::Vec::<PackingCut, { LARGEST * EACH }>::new();
-        find_cuts(&mut candidates, uv, cut, pieces, scratch.frame())?;
+        find_cuts(&mut candidates, uv, cut, placing, scratch.frame())?;
         if candidates.is_empty() {
             return Ok(made);
         }
@@ -79,7 +82,7 @@ pub fn cut_to_pack(
             let mut frame = scratch.frame();
             let trial = frame.take::<u8>(cut.len())?;
             trial.copy_from(cut);
-            make(trial, c, pieces, frame.frame())?;
+            make(trial, c, placing, frame.frame())?;
             let filled = pack_now(uv, trial, placing, EFFORT, frame, workers)?;
             let value = FILL_WORTH * (filled - now) - c.cost;
             if value > best.map_or(0.0, |b| b.0) {
@@ -87,22 +90,24 @@ pub fn cut_to_pack(
             }
         }
         let Some((_, c, filled)) = best else { return Ok(made) };
-        make(cut, &c, pieces, scratch.frame())?;
+        make(cut, &c, placing, scratch.frame())?;
         fill = Some(filled);
     }
     Ok(CUTS)
 }
 
-/// Makes a cut.
-fn make(cut: &mut [u8], c: &PackingCut, pieces: &Pieces, mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+/// Makes a cut, on all pieces that are alike.
+fn make(cut: &mut [u8], c: &PackingCut, placing: &Placing, mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    let Placing { pieces, copies, .. } = placing;
     let mut frame = scratch.frame();
     let (surface, corners) = (pieces.surface(c.piece as usize, &mut frame)?, pieces.corners(c.piece as usize));
-    let cut = &mut cut[corners];
-    let changed = frame.take::<u8>(cut.len() / 3)?;
-    let mut inside = Inside::new(cut, &surface, c.ends[0], &mut frame)?;
-    inside.grow(c.ends[0], cut, &surface);
+    let own = &mut cut[corners];
+    let changed = frame.take::<u8>(own.len() / 3)?;
+    let mut inside = Inside::new(own, &surface, c.ends[0], &mut frame)?;
+    inside.grow(c.ends[0], own, &surface);
     let end = inside.node[c.ends[1] as usize];
-    inside.paths.cut_back(end, cut, changed, inside.node, &surface);
+    inside.paths.cut_back(end, own, changed, inside.node, &surface);
+    copies.spread_cuts(cut, pieces);
     Ok(())
 }
 
@@ -145,6 +150,7 @@ struct Large {
     piece: usize,
     start: u32,  // an open half-edge of its border
     whole: bool, // whether it stays so
+    times: f64,  // pieces that are alike
 }
 
 /// Fills `candidates` with the cuts of the largest charts of which most is expected, best first.
@@ -152,15 +158,17 @@ fn find_cuts<const N: usize>(
     candidates: &mut heapless::Vec<PackingCut, N>,
     uv: &[DVec2],
     cut: &[u8],
-    pieces: &Pieces,
+    placing: &Placing,
     mut scratch: Scratch,
 ) -> Result<(), ScratchTooSmall> {
-    let (crowd, largest) = survey(uv, cut, pieces, scratch.frame())?;
+    let pieces = placing.pieces;
+    let (crowd, largest) = survey(uv, cut, placing, scratch.frame())?;
     if crowd.count > MOST_CHARTS {
         return Ok(());
     }
     let total: f64 = pieces.rest().iter().map(|r| r.area).sum();
-    for (rank, large) in largest.iter().enumerate().filter(|(_, l)| !l.whole && l.area >= LEAST * crowd.area) {
+    for (rank, large) in largest.iter().enumerate().filter(|(_, l)| !l.whole && l.times * l.area >= LEAST * crowd.area)
+    {
         let others = largest.iter().enumerate().filter(|(r, _)| *r != rank).map(|(_, l)| l.square).fold(0.0, f64::max);
         let mut frame = scratch.frame();
         let mut own = cuts_of(large, others, &crowd, sqrt(total), uv, cut, pieces, &mut frame)?;
@@ -177,9 +185,11 @@ fn find_cuts<const N: usize>(
 fn survey(
     uv: &[DVec2],
     cut: &[u8],
-    pieces: &Pieces,
+    placing: &Placing,
     mut scratch: Scratch,
 ) -> Result<(Crowd, heapless::Vec<Large, LARGEST>), ScratchTooSmall> {
+    let pieces = placing.pieces;
+    let times = placing.copies.counts(pieces.count(), &mut scratch)?;
     let mut crowd = Crowd::default();
     let mut largest = heapless::Vec::<Large, LARGEST>::new();
     for piece in 0..pieces.count() {
@@ -192,12 +202,17 @@ fn survey(
             let area = faces.iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
             let Some(start) = surface.first_open(cut, faces) else { continue };
             let outline = crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
+            // An original stands for its copies.
+            if !(1..=MOST_ALIKE).contains(&times[piece]) {
+                continue;
+            }
             if largest.is_full() && largest.last().is_some_and(|l| l.area < area) {
                 largest.pop();
             }
             if !largest.is_full() {
                 let whole = lie_flat(faces, uv, surface.rest) || has_sharp_border(cut, &surface, start);
-                largest.push(Large { area, square: outline.square(), piece, start, whole }).ok();
+                let times = times[piece].into();
+                largest.push(Large { area, square: outline.square(), piece, start, whole, times }).ok();
                 // Behind those of the same area, as it came.
                 sort::by(&mut largest, |a, b| {
                     b.area.total_cmp(&a.area).then((a.piece, a.start).cmp(&(b.piece, b.start)))
@@ -256,14 +271,14 @@ fn cuts_of(
             if cost >= FORBIDDEN {
                 continue;
             }
-            let cost = cost / unit;
+            let cost = large.times * cost / unit;
             let sides = [i..j + 1, j..i + count + 1].map(|range| Outline::new(range.map(point)));
             let hulls = sides.iter().map(|s| s.hull()).sum::<f64>().max(large.area);
             let after = Crowd {
                 largest: sides.iter().map(|s| s.square()).fold(others, f64::max),
-                hulls: crowd.hulls - whole + hulls,
-                count: crowd.count + 1.0,
-                border: crowd.border + 2.0 * point(i).distance(point(j)),
+                hulls: crowd.hulls - large.times * whole + large.times * hulls,
+                count: crowd.count + large.times,
+                border: crowd.border + large.times * 2.0 * point(i).distance(point(j)),
                 ..*crowd
             };
             let gain = FILL_WORTH * (after.fill() - before) - cost;

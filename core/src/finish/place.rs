@@ -16,6 +16,7 @@ use crate::base::real;
 use crate::base::scratch::{Alarm, Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::base::workers::Workers;
+use crate::charts::copies::Copies;
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
 use crate::mesh::view::NONE;
@@ -63,6 +64,8 @@ pub struct AtlasOutput<'o> {
 pub struct Placing<'p> {
     /// The pieces whose maps these are.
     pub pieces: &'p Pieces<'p>,
+    /// Those that are alike and stay so where a cut is made for packing.
+    pub copies: Copies<'p>,
     /// The mesh that fell into pieces.
     pub working: &'p Working<'p>,
     /// Part of each input polygon, by which charts are numbered.

@@ -24,17 +24,19 @@ const FLAT: f64 = 0.9994;
 /// Rest for the inside of a rectangle.
 const STOP: Stop = Stop { steps: 12, tolerance: 1e-7 };
 
-/// Straightens strips; returns how many. `bound` is that on the mean symmetric Dirichlet energy over 4.
+/// Straightens strips; returns how many. `bound` is that on the mean symmetric Dirichlet energy over 4. Pieces that are marked in
+/// `kept` (one a piece; no entry: not marked) stay as they are.
 pub fn straighten_strips(
     uv: &mut [DVec2],
     cut: &[u8],
+    kept: &[u8],
     pieces: &Pieces,
     bound: f64,
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<usize, ScratchTooSmall> {
     let mut count = 0;
-    for p in 0..pieces.count() {
+    for p in (0..pieces.count()).filter(|p| kept.get(*p).is_none_or(|kept| *kept == 0)) {
         let mut frame = scratch.frame();
         let (surface, range) = (pieces.bare_surface(p), pieces.corners(p));
         let (uv, cut) = (&mut uv[range.clone()], &cut[range]);

@@ -1,7 +1,6 @@
 //! The exact method: charts by the search, and what is done to them before they are packed.
 
 use super::early::complete;
-use super::kept::take_over;
 use super::pieces::unwrap_pieces;
 use super::report::UnwrapError;
 use crate::base::pace::{Halt, Marks, Pace};
@@ -19,7 +18,7 @@ pub(super) struct ExactRun<'e> {
     pub placing: &'e Placing<'e>,
     pub polishing: Polishing,
     pub budget: Budget,
-    pub kept_uv: Option<&'e [DVec2]>, // (c) of the input
+    pub kept: &'e [u8], // pieces for which there is nothing to do
     pub workers: &'e dyn Workers,
 }
 
@@ -33,17 +32,11 @@ impl ExactRun<'_> {
         mut scratch: Scratch,
         pace: &mut Pace,
     ) -> Result<(), UnwrapError> {
-        let Self { placing, polishing, budget, kept_uv, workers } = *self;
-        let (pieces, working) = (placing.pieces, placing.working);
-        let kept = scratch.take::<u8>(if kept_uv.is_some() { pieces.count() } else { 0 })?;
-        if let Some(kept_uv) = kept_uv {
-            let corner = |slot: usize| working.corner_source[pieces.source[slot] as usize] as usize;
-            let of = |slot: usize| kept_uv.get(corner(slot)).copied().unwrap_or(DVec2::NAN);
-            take_over(uv, kept, pieces, budget.distortion, of, scratch.frame(), workers)?;
-        }
+        let Self { placing, polishing, budget, kept, workers } = *self;
+        let pieces = placing.pieces;
         let made = unwrap_pieces(uv, cut, kept, pieces, budget, scratch.frame(), workers, pace)?;
         if !pace.has_ended() {
-            polishing.unless_broken(uv, cut, placing, budget.ends_early, scratch.frame(), workers, pace)?;
+            polishing.unless_broken(uv, cut, kept, placing, budget.ends_early, scratch.frame(), workers, pace)?;
         }
         if pace.has_ended() {
             complete(uv, cut, made, kept, pieces, scratch, workers)?;
@@ -64,17 +57,20 @@ pub(super) struct Polishing {
 }
 
 impl Polishing {
+    /// Polishes all but what is `kept`; gives copies what their originals have.
     pub fn polish(
         &self,
         uv: &mut [DVec2],
         cut: &mut [u8],
+        kept: &[u8],
         placing: &Placing,
         mut scratch: Scratch,
         workers: &dyn Workers,
     ) -> Result<(), ScratchTooSmall> {
         if self.straightens {
-            straighten_strips(uv, cut, placing.pieces, self.distortion, scratch.frame(), workers)?;
+            straighten_strips(uv, cut, kept, placing.pieces, self.distortion, scratch.frame(), workers)?;
         }
+        placing.copies.spread(uv, cut, placing.pieces);
         if self.cuts {
             cut_to_pack(uv, cut, placing, scratch, workers)?;
         }
@@ -87,6 +83,7 @@ impl Polishing {
         &self,
         uv: &mut [DVec2],
         cut: &mut [u8],
+        kept: &[u8],
         placing: &Placing,
         ends_early: bool,
         scratch: Scratch,
@@ -94,14 +91,14 @@ impl Polishing {
         pace: &mut Pace,
     ) -> Result<(), UnwrapError> {
         if !ends_early {
-            return Ok(self.polish(uv, cut, placing, scratch, workers)?);
+            return Ok(self.polish(uv, cut, kept, placing, scratch, workers)?);
         }
         let alarm = scratch.alarm();
         let mut quiet = scratch.quiet();
         let (last_uv, last_cut) = (quiet.take::<DVec2>(uv.len())?, quiet.take::<u8>(cut.len())?);
         last_uv.copy_from(uv);
         last_cut.copy_from(cut);
-        match self.polish(uv, cut, placing, quiet.under(alarm), workers) {
+        match self.polish(uv, cut, kept, placing, quiet.under(alarm), workers) {
             Err(e) if e.is_alarm() && pace.broken() == Halt::Back => {
                 uv.copy_from(last_uv);
                 cut.copy_from(last_cut);

@@ -11,22 +11,26 @@ use crate::base::workers::Workers;
 use crate::charts::pieces::Pieces;
 use crate::mesh::loops::border_count;
 use crate::mesh::view::NONE;
+use crate::mesh::working::Working;
 use crate::search::split::self_overlaps;
 use crate::solve::bound::{Strain, flat_area};
 use crate::solve::energy::Rest;
 use glam::DVec2;
 
-/// Fills `uv` (in the order of the pieces) with the file's UVs, `of` a slot, and marks in `kept` (one a piece) those that are
-/// taken over.
+/// Fills `uv` (in the order of the pieces) with `kept_uv`, the file's, and marks in `kept` (one a piece) those that are taken over.
+#[allow(clippy::too_many_arguments)]
 pub fn take_over(
     uv: &mut [DVec2], // (3 f)
     kept: &mut [u8],  // (pieces)
     pieces: &Pieces,
+    working: &Working,
+    kept_uv: &[DVec2], // (c), or fewer
     bound: f64,
-    of: impl Fn(usize) -> DVec2,
     mut scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
+    let corner = |slot: usize| working.corner_source[pieces.source[slot] as usize] as usize;
+    let of = |slot: usize| kept_uv.get(corner(slot)).copied().unwrap_or(DVec2::NAN);
     uv.iter_mut().enumerate().for_each(|(slot, uv)| *uv = of(slot));
     let (mut energy, mut area) = (0.0, 0.0); // of all that may be taken over
     let own = scratch.take_filled::<f64>(pieces.count(), f64::INFINITY)?; // mean energy over 4

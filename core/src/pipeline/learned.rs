@@ -55,7 +55,7 @@ pub(super) fn neural(
     mut scratch: Scratch,
     progress: &mut dyn Progress,
 ) -> Result<(), UnwrapError> {
-    let (order, count) = largest(scene.pieces);
+    let (order, count) = largest(scene.pieces, scene.kept);
     let given = learning.summary.maps;
     let budget = Budget { bulky: true, ..scene.budget };
     let total = scene.pieces.count();
@@ -64,7 +64,7 @@ pub(super) fn neural(
         unwrap_pieces(
             uv,
             cut,
-            &[],
+            scene.kept,
             scene.pieces,
             budget,
             scratch.frame(),
@@ -72,7 +72,8 @@ pub(super) fn neural(
             &mut pace(&mut Patient(progress), Stage::Flatten),
         )?;
     }
-    for p in (0..total).filter(|p| !from_charts && !order[..count].contains(&(*p as u32))) {
+    let is_exact = |p: &usize| scene.kept[*p] == 0 && !order[..count].contains(&(*p as u32));
+    for p in (0..total).filter(|p| !from_charts && is_exact(p)) {
         let corners = scene.pieces.corners(p);
         exactly(&mut uv[corners.clone()], &mut cut[corners], p, scene, budget, scratch.frame(), progress)?;
     }
@@ -122,14 +123,14 @@ pub(super) fn hybrid(
     unwrap_pieces(
         uv,
         cut,
-        &[],
+        scene.kept,
         scene.pieces,
         scene.budget,
         scratch.frame(),
         scene.workers,
         &mut pace(&mut Patient(progress), Stage::Seams),
     )?;
-    let (order, count) = largest(scene.pieces);
+    let (order, count) = largest(scene.pieces, scene.kept);
     let vertices = vertex_count(&order[..count], scene.pieces);
     let (q, scores) = (scratch.take::<f32>(2 * vertices)?, scratch.take::<f32>(vertices)?);
     train_pieces(q, scores, &order[..count], Some((&*uv, &*cut)), scene, learning, scratch.frame(), progress)?;
@@ -206,10 +207,10 @@ fn pace<'p>(patient: &'p mut Patient, stage: Stage) -> Pace<'p> {
 }
 
 /// The pieces that are learned, the largest first, and how many.
-fn largest(pieces: &Pieces) -> ([u32; MOST], usize) {
+fn largest(pieces: &Pieces, kept: &[u8]) -> ([u32; MOST], usize) {
     let size = |p: u32| pieces.bare_surface(p as usize).mesh.positions.len();
     let (mut order, mut count) = ([0; MOST], 0);
-    for p in (0..pieces.count() as u32).filter(|p| size(*p) >= FEW) {
+    for p in (0..pieces.count() as u32).filter(|p| size(*p) >= FEW && kept[*p as usize] == 0) {
         let at = order[..count].iter().position(|q| size(*q) < size(p)).unwrap_or(count);
         if at < MOST {
             count = (count + 1).min(MOST);

@@ -66,6 +66,7 @@ pub struct LearnedSummary {
 /// Everything that the steps of learning share.
 pub(super) struct LearnScene<'s> {
     pub pieces: &'s Pieces<'s>,
+    pub kept: &'s [u8],                       // pieces for which there is nothing to do
     pub open: &'s dyn Fn(u32) -> f32,         // exposure at a corner of the working mesh
     pub place_of: &'s dyn Fn(DVec3) -> DVec3, // of a point of the input
     pub input_of: &'s dyn Fn(DVec3) -> DVec3, // and back

@@ -1,5 +1,6 @@
 //! From polygons to a UV atlas and to parts: the one room that knows the order of the stages.
 
+mod alike;
 mod early;
 mod exact;
 mod exposure;

@@ -13,7 +13,7 @@ use crate::search::budget::{Budget, SeamError};
 use crate::search::seams::{make_charts, make_charts_need};
 use glam::DVec2;
 
-/// Pieces of at most this share of all faces are worked on side by side.
+/// Pieces of at most this share of all faces that are worked on are worked on side by side.
 const SMALL: usize = 8;
 /// Pieces that are worked on at the same time.
 const LANES: usize = 8;
@@ -77,8 +77,8 @@ fn unwrap_in_turn(
     pace: &mut Pace,
 ) -> Result<(), SeamError> {
     scratch.require(unwrap_pieces_need(pieces))?;
-    let total = pieces.rest().len();
     let is_kept = |p: usize| kept.get(p).is_some_and(|kept| *kept != 0);
+    let total: usize = (0..pieces.count()).filter(|p| !is_kept(*p)).map(|p| pieces.corners(p).len() / 3).sum();
     let mut p = 0;
     let in_wave = Budget { ends_early: false, ..budget };
     let mut work = 0;

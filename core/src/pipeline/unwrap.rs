@@ -1,8 +1,10 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
+use super::alike::price_alike;
 use super::exact::{ExactRun, Polishing};
 use super::exposure::{expose, share_exposure};
 use super::input::{Input, Output};
+use super::kept::take_over;
 use super::learned::{hybrid, neural};
 use super::learning::{LearnScene, Learning};
 use super::report::{Report, UnwrapError};
@@ -11,6 +13,7 @@ use crate::base::pace::Pace;
 use crate::base::progress::{Progress, Stage, tell};
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
+use crate::charts::copies::{Copies, copies_keep, copies_need};
 use crate::charts::pieces::{Pieces, pieces_need};
 use crate::finish::fill::{fill_dropped, fill_dropped_need};
 use crate::finish::place::{AtlasOutput, Maps, PlaceSummary, Placing, place};
@@ -59,7 +62,9 @@ pub fn need_for(counts: &Counts, settings: &Settings, bvh: &dyn BuildBvh) -> usi
     // What the search falls back to, and what polishing does.
     let last = bytes_for::<DVec2>(3 * triangles) + bytes_for::<u8>(3 * triangles);
     let last = if settings.can_end_early() { last } else { 0 };
-    let atlas = last + pieces_need(triangles) + 17 * 3 * triangles + 4096 + pieces.max(packing + 60 * 3 * triangles);
+    let maps = 18 * 3 * triangles + 4096 + copies_keep(triangles);
+    let stages = pieces.max(packing + 60 * 3 * triangles).max(copies_need(triangles));
+    let atlas = last + pieces_need(triangles) + maps + stages;
     repair_need(counts)
         .saturating_add(bytes_for::<DVec3>(vertices) + bytes_for::<f64>(3 * triangles) + bytes_for::<f32>(vertices))
         .saturating_add(rays.max(prices).max(atlas).max(fill_dropped_need(counts)))
@@ -112,11 +117,10 @@ pub fn unwrap_by(
     let open = scratch.take::<f32>(working.positions.len())?;
     let exposed = expose(open, &working, settings, bvh, scratch.frame(), workers, progress)?;
     share_exposure(output.exposure, open, &working);
-    let is_blind = matches!(&method, Method::Neural(l) if l.is_blind());
     let given = OnMesh::new(input.edges, &polygons, &working);
-    let seen = if is_blind { None } else { Some(&*open) };
-    let Settings { hard_edges, prefer, .. } = *settings;
-    let rates = Rates { hard_edges, prefer, tolerance: input.tolerance / working.extent * own_frame.scale() };
+    let seen = Some(&*open).filter(|_| !matches!(&method, Method::Neural(l) if l.is_blind()));
+    let tolerance = input.tolerance / working.extent * own_frame.scale();
+    let rates = Rates { hard_edges: settings.hard_edges, prefer: settings.prefer, tolerance };
     prices(cost, &working, &given, rates, seen, scratch.frame())?;
     let mut frame = scratch.frame();
     let forced = frame.take::<u8>(working.twin.len())?;
@@ -126,21 +130,23 @@ pub fn unwrap_by(
     let cut = frame.take::<u8>(working.twin.len())?;
     let budget = budget(settings, input.parts.is_some());
     let total = pieces.count();
+    let kept = frame.take::<u8>(total)?;
+    if let (Method::Exact, Some(kept_uv)) = (&method, input.kept_uv) {
+        take_over(uv, kept, &pieces, &working, kept_uv, settings.distortion, frame.frame(), workers)?;
+    }
+    let (pieces, copies) = price_alike(cost, kept, &pieces, tolerance, &mut frame)?;
     let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
     let place_of = |p: DVec3| own_frame.place((p - working.centre) / working.extent);
     let input_of = |p: DVec3| own_frame.back(p) * working.extent + working.centre;
-    let scene = LearnScene { pieces: &pieces, open: &open, place_of: &place_of, input_of: &input_of, budget, workers };
+    let scene =
+        LearnScene { pieces: &pieces, kept, open: &open, place_of: &place_of, input_of: &input_of, budget, workers };
     let mends = !matches!(method, Method::Neural(_));
-    let mut placing = placing(settings, &pieces, &working, input.parts, mends);
-    let polishing = Polishing {
-        straightens: mends && input.kept_uv.is_none() && settings.straighten != Straighten::Off,
-        cuts: !budget.bulky && mends && input.kept_uv.is_none() && settings.packing == Packing::Tight,
-        distortion: settings.distortion,
-    };
+    let mut placing = placing(settings, &pieces, copies, &working, input.parts, mends);
+    let polishing = polishing(settings, mends && input.kept_uv.is_none(), budget.bulky);
     let mut searched = None;
     match method {
         Method::Exact => {
-            let exact = ExactRun { placing: &placing, polishing, budget, kept_uv: input.kept_uv, workers };
+            let exact = ExactRun { placing: &placing, polishing, budget, kept, workers };
             let mut pace = Pace::new(progress, Stage::Seams, settings.work.seams);
             exact.run(uv, cut, frame.frame(), &mut pace)?;
             if pace.has_ended() {
@@ -151,9 +157,10 @@ pub fn unwrap_by(
         Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
         Method::Hybrid(learning) => {
             hybrid(uv, cut, &scene, learning, frame.frame(), progress)?;
-            polishing.polish(uv, cut, &placing, frame.frame(), workers)?;
+            polishing.polish(uv, cut, kept, &placing, frame.frame(), workers)?;
         }
     }
+    copies.spread(uv, cut, &pieces);
     let forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
     tell(progress, Stage::Seams, total, total)?;
     let out = AtlasOutput { corner_uv: &mut *output.corner_uv, polygon_chart: output.polygon_chart };
@@ -168,12 +175,13 @@ pub fn unwrap_by(
 fn placing<'p>(
     settings: &Settings,
     pieces: &'p Pieces<'p>,
+    copies: Copies<'p>,
     working: &'p Working<'p>,
     parts: Option<&'p [u32]>,
     mends: bool,
 ) -> Placing<'p> {
     let on_texels = (settings.snap == Snap::Texel).then_some(settings.distortion);
-    Placing { pieces, working, parts, packing: settings.pack(), steps: settings.work.pack, on_texels, mends }
+    Placing { pieces, copies, working, parts, packing: settings.pack(), steps: settings.work.pack, on_texels, mends }
 }
 
 /// What the search may spend.
@@ -185,6 +193,15 @@ fn budget(settings: &Settings, has_parts: bool) -> Budget {
         whole,
         draws: Draws { count: settings.search, seed: settings.seed },
         ends_early: settings.can_end_early(),
+    }
+}
+
+/// What is done to charts after the search, where that `may` be.
+fn polishing(settings: &Settings, may: bool, bulky: bool) -> Polishing {
+    Polishing {
+        straightens: may && settings.straighten != Straighten::Off,
+        cuts: may && !bulky && settings.packing == Packing::Tight,
+        distortion: settings.distortion,
     }
 }
 

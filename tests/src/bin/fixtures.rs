@@ -5,8 +5,12 @@
 //! committed size a fine surface is coarsened; where a limb is then three faces around, some may cross.
 //! `fixtures OUTDIR --solids PATTERN` writes OUTDIR/NAME.obj for every simple solid whose name matches, `*` for anything:
 //! thousands, a few kB each.
+//! `fixtures OUTDIR --copies MESH --count N [--mirrored]` writes OUTDIR/MESH_N.obj: N copies of a mesh file under rigid motions by chance,
+//! vertices and polygons of each in an order of its own; with `--mirrored` every other one is a mirror image.
 
+use seamwright::formats::loaded::load;
 use seamwright_tests::fixtures::{ALL, Fixture, GOLDEN, broken, faults};
+use seamwright_tests::scenes::{Placed, scattered};
 use seamwright_tests::solids;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -17,6 +21,9 @@ struct Arguments {
     only: Option<&'static Fixture>,
     faces: Vec<usize>,
     solids: Option<String>,
+    copies: Option<PathBuf>,
+    count: usize,
+    mirrored: bool,
 }
 
 fn main() -> ExitCode {
@@ -30,7 +37,15 @@ fn main() -> ExitCode {
 }
 
 fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, String> {
-    let mut arguments = Arguments { folder: None, only: None, faces: Vec::new(), solids: None };
+    let mut arguments = Arguments {
+        folder: None,
+        only: None,
+        faces: Vec::new(),
+        solids: None,
+        copies: None,
+        count: 8,
+        mirrored: false,
+    };
     while let Some(word) = words.next() {
         match word.as_str() {
             "--only" => {
@@ -45,8 +60,14 @@ fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, String> {
             "--solids" => {
                 arguments.solids = Some(words.next().ok_or("--solids needs a pattern of names, '*' for all")?)
             }
+            "--copies" => arguments.copies = Some(words.next().ok_or("--copies needs a mesh file")?.into()),
+            "--count" => {
+                let number = words.next().and_then(|n| n.parse().ok()).filter(|n| (1..=1000).contains(n));
+                arguments.count = number.ok_or("--count needs a number from 1 to 1000")?;
+            }
+            "--mirrored" => arguments.mirrored = true,
             flag if flag.starts_with('-') => {
-                return Err(format!("{flag}: only --only, --faces and --solids are known"));
+                return Err(format!("{flag}: only --only, --faces, --solids, --copies, --count, --mirrored are known"));
             }
             folder => arguments.folder = Some(folder.into()),
         }
@@ -57,6 +78,9 @@ fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, String> {
     if arguments.solids.is_some() && arguments.folder.is_none() {
         return Err("--solids: name a folder for them".into());
     }
+    if arguments.copies.is_some() && arguments.folder.is_none() {
+        return Err("--copies: name a folder for them".into());
+    }
     Ok(arguments)
 }
 
@@ -66,6 +90,9 @@ fn write_all(arguments: &Arguments) -> io::Result<()> {
     if let Some(pattern) = &arguments.solids {
         let all = solids::family().into_iter().chain(solids::random());
         return write_solids(folder, all.filter(|solid| solids::matches(&solid.name, pattern)));
+    }
+    if let Some(file) = &arguments.copies {
+        return write_copies(folder, file, arguments.count, arguments.mirrored);
     }
     let wanted = |fixture: &&Fixture| arguments.only.is_none_or(|only| only.name == fixture.name);
     for fixture in ALL.iter().filter(wanted) {
@@ -105,6 +132,13 @@ fn write_solids(folder: &Path, solids: impl Iterator<Item = solids::Solid>) -> i
     }
     println!("{count} solids");
     Ok(())
+}
+
+fn write_copies(folder: &Path, file: &Path, count: usize, mirrored: bool) -> io::Result<()> {
+    let mesh = load(file).map_err(|e| io::Error::other(e.to_string()))?.mesh().clone();
+    let bodies: Vec<Placed> = (0..count).map(|k| Placed { mesh: &mesh, mirrored: mirrored && k % 2 == 1 }).collect();
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    fs::write(folder.join(format!("{name}_{count}.obj")), scattered(&bodies, 1, Some(6)).obj())
 }
 
 fn write(folder: &Path, name: &str, fixture: &Fixture, faces: usize) -> io::Result<()> {
