@@ -40,6 +40,7 @@ impl ExactRun<'_> {
         }
         if pace.has_ended() {
             complete(uv, cut, made, kept, pieces, scratch, workers)?;
+            placing.copies.spread(uv, cut, pieces);
         }
         Ok(())
     }
