@@ -16,6 +16,7 @@ use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Serial;
 use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::measure::{measure, measure_need};
+use seamwright_core::mesh::cracks::Weld;
 use seamwright_core::pipeline::{Charts, Packing, Settings};
 use std::fmt::Write;
 use std::fs;
@@ -110,7 +111,8 @@ fn try_case(name: &str, bytes: &[u8], case: u64) {
     let charts = if case.is_multiple_of(3) { Charts::One } else { Charts::Few };
     // Dozens of slivers take the tight packer seconds, and it has tests of its own.
     let packing = if case % 64 == 1 { Packing::Tight } else { Packing::Grid };
-    let settings = Settings { rays: 8, charts, packing, ..Settings::default() };
+    let weld = [Weld::Equal, Weld::Auto, Weld::Within(1e-3), Weld::Within(0.5)][(case / 3 % 4) as usize];
+    let settings = Settings { rays: 8, charts, packing, weld, ..Settings::default() };
     let outcome = std::panic::catch_unwind(|| fault(&path, &settings));
     match outcome {
         Ok(None) => fs::remove_file(&path).expect("it was written"),

@@ -163,6 +163,65 @@ fn a_mirrored_atlas_stays_mirrored() {
     assert_eq!((report.source_flipped, report.flipped, report.overlapping), (0, 0, 0));
     let apart = atlas.corner_uv.iter().zip(&mirrored).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
     assert!(apart <= 2.0 / f64::from(1 << 24), "{apart}");
+    let (_, report) = carried(&mesh, &mirrored, &subdivided(&mesh));
+    assert_eq!((report.source_flipped, report.flipped, report.overlapping), (0, 0, 0));
+    assert!(!report.copied && report.within_two_texels > 0.999, "{report:?}");
+}
+
+/// With every face wound the other way.
+fn reversed(mesh: &Mesh) -> Mesh {
+    let corners = mesh.polygons().flat_map(|p| mesh.corners[p].iter().rev().copied().collect::<Vec<_>>()).collect();
+    Mesh { corners, ..mesh.clone() }
+}
+
+/// Two of it side by side, and its UVs for both.
+fn doubled(mesh: &Mesh, uv: &[DVec2]) -> (Mesh, Vec<DVec2>) {
+    let beside = mesh.positions.iter().map(|p| *p + DVec3::X * 2.0);
+    let n = mesh.positions.len() as u32;
+    let faces = || triangles(mesh).into_iter();
+    let polygons: Vec<Vec<u32>> = faces().chain(faces().map(|t| t.map(|v| v + n))).map(|t| t.to_vec()).collect();
+    (shapes::mesh(mesh.positions.iter().copied().chain(beside).collect(), &polygons), [uv, uv].concat())
+}
+
+#[test]
+fn a_mesh_that_is_the_source_but_for_winding_and_numbering_gets_its_uvs_as_they_are() {
+    let mesh = fixture("mug");
+    let (both, uv) = doubled(&mesh, &unwrapped(&mesh));
+    for twin in [both.clone(), reversed(&both)] {
+        let (atlas, report) = carried(&both, &uv, &twin);
+        assert!(report.copied && report.within_two_texels == 1.0, "{report:?}");
+        assert!(report.source_overlapping > 0 && report.overlapping == report.source_overlapping, "{report:?}");
+        let is_reversed = twin.corners != both.corners;
+        let expected: Vec<DVec2> = both
+            .polygons()
+            .flat_map(|p| {
+                let own = uv[p].to_vec();
+                if is_reversed { own.into_iter().rev().collect::<Vec<_>>() } else { own }
+            })
+            .collect();
+        assert!(atlas.corner_uv == expected);
+    }
+}
+
+#[test]
+fn what_faces_the_other_way_and_charts_upon_one_another_are_refused_at_once() {
+    let mesh = fixture("mug");
+    let uv = unwrapped(&mesh);
+    let half = decimated(&mesh, 0.5);
+    match carried_by(&Serial, &mesh, &uv, &reversed(&half)).map(|done| done.1) {
+        Err(TransferError::Reversed { share }) => assert!(share > 0.95, "{share}"),
+        other => panic!("{other:?}"),
+    }
+    let (both, stacked) = doubled(&mesh, &uv);
+    let (halves, _) = doubled(&half, &[]);
+    match carried_by(&Serial, &both, &stacked, &halves).map(|done| done.1) {
+        Err(TransferError::Stacked { faces, of }) => assert!(2 * faces > of, "{faces} of {of}"),
+        other => panic!("{other:?}"),
+    }
+    // Two percent of the size aside, every texel is another's.
+    let mut aside = half.clone();
+    aside.positions.iter_mut().for_each(|p| *p += DVec3::new(0.02, 0.015, 0.0));
+    assert!(matches!(carried_by(&Serial, &mesh, &uv, &aside), Err(TransferError::Apart { .. })));
 }
 
 #[test]

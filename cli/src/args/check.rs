@@ -1,6 +1,7 @@
 //! The words of `check`.
 
 use super::group::GroupArg;
+use super::settings::crack;
 use super::writing::FORMATS;
 use clap::Args;
 use std::path::PathBuf;
@@ -22,6 +23,10 @@ pub struct CheckArgs {
     /// What shares a unit square; sets of UVs that do not may lie over one another
     #[arg(long, value_enum, default_value_t = GroupArg::Scene)]
     pub group: GroupArg,
+    /// Closed cracks, as unwrapped with --weld: charts whose sides have the same UVs, and ends within this share of the mesh's diagonal,
+    /// are one
+    #[arg(long, value_name = "SHARE", value_parser = crack)]
+    pub weld: Option<f64>,
     /// What standard input holds, where a file is -
     #[arg(long, value_name = "FORMAT", value_parser = FORMATS)]
     pub format: Option<String>,

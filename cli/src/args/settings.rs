@@ -1,6 +1,7 @@
 //! How the atlas is made, as asked.
 
 use clap::{Args, ValueEnum};
+use seamwright_core::mesh::cracks::Weld;
 use seamwright_core::pipeline;
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
@@ -30,6 +31,9 @@ pub struct SettingsArgs {
     /// What is made of edges at which the file's shading breaks: split normals, borders of smoothing groups
     #[arg(long, value_enum, default_value_t = HardEdgesArg::Prefer)]
     pub hard_edges: HardEdgesArg,
+    /// Close cracks of up to this share of the mesh's diagonal in the working copy (1e-4, say), or of what width is found
+    #[arg(long, value_name = "SHARE|auto", value_parser = weld)]
+    pub weld: Option<WeldArg>,
     /// Side of the texture in texels
     #[arg(long, value_name = "TEXELS", default_value_t = pipeline::Settings::default().size, value_parser = clap::value_parser!(u32).range(16..=65536))]
     pub size: u32,
@@ -111,6 +115,25 @@ pub enum HardEdgesArg {
     Off,
 }
 
+/// Which cracks are closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WeldArg {
+    /// Those of a width that is found in the mesh
+    Auto,
+    /// Those up to this share of the diagonal
+    Within(f64),
+}
+
+impl WeldArg {
+    /// As it is written.
+    pub fn name(self) -> String {
+        match self {
+            WeldArg::Auto => "auto".into(),
+            WeldArg::Within(share) => share.to_string(),
+        }
+    }
+}
+
 impl SettingsArgs {
     /// The words on a command line that ask for the same.
     pub fn words(self) -> Vec<String> {
@@ -122,6 +145,7 @@ impl SettingsArgs {
             packing,
             prefer,
             hard_edges,
+            weld,
             size,
             padding,
             rays,
@@ -147,7 +171,11 @@ impl SettingsArgs {
             ("--search", search.to_string()),
             ("--seed", seed.to_string()),
         ];
-        let limits = [("--time-limit", time_limit.map(|limit| limit.to_string())), ("--work", work.map(work_words))];
+        let limits = [
+            ("--weld", weld.map(WeldArg::name)),
+            ("--time-limit", time_limit.map(|limit| limit.to_string())),
+            ("--work", work.map(work_words)),
+        ];
         let limits = limits.into_iter().filter_map(|(flag, value)| Some((flag, value?)));
         all.into_iter().chain(limits).flat_map(|(flag, value)| [flag.into(), value]).collect()
     }
@@ -186,6 +214,11 @@ impl SettingsArgs {
                 HardEdgesArg::Prefer => HardEdges::Prefer,
                 HardEdgesArg::Require => HardEdges::Require,
                 HardEdgesArg::Off => HardEdges::Off,
+            },
+            weld: match self.weld {
+                None => Weld::Equal,
+                Some(WeldArg::Auto) => Weld::Auto,
+                Some(WeldArg::Within(share)) => Weld::Within(share),
             },
             size: self.size,
             padding: self.padding,
@@ -228,6 +261,26 @@ fn seconds(word: &str) -> Result<f64, String> {
         Ok(seconds) if seconds > 0.0 && seconds <= 1e7 => Ok(seconds),
         Ok(_) => Err("write seconds above 0 and up to 10000000".into()),
         Err(_) => Err("not a number; write for example 2.5".into()),
+    }
+}
+
+/// The widest crack that is closed.
+const WIDEST: f64 = 0.01;
+
+/// Which cracks are closed.
+fn weld(word: &str) -> Result<WeldArg, String> {
+    if word == "auto" {
+        return Ok(WeldArg::Auto);
+    }
+    crack(word).map(WeldArg::Within).map_err(|e| if word.parse::<f64>().is_ok() { e } else { format!("{e}, or auto") })
+}
+
+/// A share of the diagonal that cracks may have.
+pub(super) fn crack(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(share) if share > 0.0 && share <= WIDEST => Ok(share),
+        Ok(_) => Err(format!("a crack is wider than 0 and at most {WIDEST} of the mesh's diagonal; 1e-4 is usual")),
+        Err(_) => Err("write a share of the mesh's diagonal, for example 1e-4".into()),
     }
 }
 

@@ -1,4 +1,5 @@
-//! What every room needs: how the command ends, and colours.
+//! What every room needs: how the command ends, colours, counts in words.
 
 pub mod colour;
+pub mod counted;
 pub mod failure;

@@ -8,7 +8,6 @@ use super::place::place;
 use super::record::{HIDDEN, JobRecord};
 use crate::args::batch::BatchArgs;
 use crate::base::failure::Failure;
-use crate::files::drafts::Drafts;
 use crate::formats::format::Format;
 use crate::formats::loaded::{Loaded, load_as};
 use crate::formats::reading::Reading;
@@ -219,10 +218,18 @@ impl Batch<'_> {
 
     fn keep(&self, item: &Item, job: &str, outputs: BTreeMap<String, String>, line: &Value) -> Result<(), Failure> {
         let record = JobRecord { job: job.into(), outputs, line: line.clone() };
-        let mut drafts = Drafts::new();
         let path = JobRecord::path(&self.args.output, item);
-        drafts.add_below("-o", &path, |out| Ok(serde_json::to_writer(out, &record)?))?;
-        drafts.publish()
+        // Made where the next run of this share sweeps, should this one be killed.
+        let write = || {
+            let room = tempfile::tempdir_in(self.staging.path())?;
+            let draft = room.path().join("record");
+            let mut file = fs::File::create(&draft)?;
+            serde_json::to_writer(&mut file, &record)?;
+            file.sync_all()?;
+            path.parent().map_or(Ok(()), fs::create_dir_all)?;
+            fs::rename(&draft, &path)
+        };
+        write().map_err(|e| Failure::output("-o", &path, &e))
     }
 
     fn failure(&self, item: &Item, status: &str, failure: &Failure, watched: Option<&Watched>) -> Value {

@@ -15,8 +15,35 @@ pub(super) fn wedges(mesh: &Mesh, uv: &[glam::DVec2], place: &[u32]) -> Vec<u32>
         .collect()
 }
 
-/// The chart of each ring, numbered from 0 as they come, and how many there are. `rings` are corners.
-pub(super) fn charts(wedge: &[u32], rings: &[Vec<u32>]) -> (Vec<u32>, usize) {
+/// Pairs of wedges on the two sides of closed cracks: sides of rings whose ends have the same UVs, and lie within `widest` of one
+/// another in space.
+pub(super) fn across_cracks(
+    mesh: &Mesh,
+    uv: &[glam::DVec2],
+    wedge: &[u32],
+    rings: &[Vec<u32>],
+    widest: f64,
+) -> Vec<[u32; 2]> {
+    let at = |c: u32| mesh.positions[mesh.corners[c as usize] as usize];
+    let named = |side: [u32; 2]| side.map(|c| (uv[c as usize] + 0.0).to_array().map(f64::to_bits));
+    let sides = border(wedge, rings);
+    let mut of: HashMap<_, Vec<[u32; 2]>> = HashMap::new();
+    sides.iter().for_each(|(side, _)| of.entry(named(*side)).or_default().push(*side));
+    let mut pairs = Vec::new();
+    for ([a, b], _) in &sides {
+        for [c, d] in of.get(&named([*b, *a])).into_iter().flatten() {
+            let ends = [[*a, *d], [*b, *c]];
+            if ends.iter().all(|[p, q]| at(*p).distance(at(*q)) <= widest) {
+                pairs.extend(ends.map(|end| end.map(|c| wedge[c as usize])));
+            }
+        }
+    }
+    pairs
+}
+
+/// The chart of each ring, numbered from 0 as they come, and how many there are. `rings` are corners, `joined` pairs of wedges that
+/// are of one chart.
+pub(super) fn charts(wedge: &[u32], rings: &[Vec<u32>], joined: &[[u32; 2]]) -> (Vec<u32>, usize) {
     let mut parent: Vec<u32> = (0..wedge.iter().max().map_or(0, |most| most + 1)).collect();
     fn root(parent: &mut [u32], mut w: u32) -> u32 {
         while parent[w as usize] != w {
@@ -24,6 +51,10 @@ pub(super) fn charts(wedge: &[u32], rings: &[Vec<u32>]) -> (Vec<u32>, usize) {
             w = parent[w as usize];
         }
         w
+    }
+    for pair in joined {
+        let [a, b] = pair.map(|w| root(&mut parent, w));
+        parent[b as usize] = a;
     }
     for ring in rings {
         let first = root(&mut parent, wedge[ring[0] as usize]);

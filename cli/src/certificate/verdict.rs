@@ -7,7 +7,7 @@
 //! O(n log n) for atlases as they occur.
 
 use super::boxes::{BoxTree, around};
-use super::charts::{border, charts, wedges};
+use super::charts::{across_cracks, border, charts, wedges};
 use super::distance::Texels;
 use super::facing::turned;
 use super::fault::Fault;
@@ -32,6 +32,8 @@ pub struct Rules<'a> {
     pub squares: Option<&'a [u32]>,
     /// How far charts are apart; with it, all UVs lie in the unit square.
     pub gap: Option<Texels>,
+    /// Cracks up to this share of the mesh's diagonal were closed: what has one UV on both sides of them hangs together.
+    pub weld: Option<f64>,
     /// The mesh that was unwrapped.
     pub input: Option<&'a Mesh>,
 }
@@ -92,7 +94,8 @@ pub fn verdict(mesh: &Mesh, rules: Rules) -> Verdict {
         verdict.faults.extend(plane.face(p, ring, &mut verdict.flat));
     }
     plane.overlaps(rules.squares, &mut verdict.faults);
-    let (chart, count) = charts(&wedge, &plane.rings);
+    let cracks = |share| across_cracks(mesh, uv, &wedge, &plane.rings, share * diagonal(mesh));
+    let (chart, count) = charts(&wedge, &plane.rings, &rules.weld.map(cracks).unwrap_or_default());
     verdict.charts = count;
     if let Some(gap) = rules.gap.filter(|gap| gap.padding > 0) {
         let side = |([a, b], ring): ([u32; 2], usize)| Side {
@@ -178,6 +181,14 @@ impl Plane<'_> {
             });
         }
     }
+}
+
+/// Of the box of the places that corners name.
+fn diagonal(mesh: &Mesh) -> f64 {
+    let named = mesh.corners.iter().map(|v| mesh.positions[*v as usize]);
+    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = named.fold(start, |(low, high), p| (low.min(p), high.max(p)));
+    low.distance(high)
 }
 
 /// Twice the area that a ring of points goes around, rounded.

@@ -2,13 +2,16 @@
 
 use crate::args::check::CheckArgs;
 use crate::args::group::GroupArg;
+use crate::base::counted::counted;
 use crate::base::failure::Failure;
 use crate::certificate::distance::Texels;
+use crate::certificate::fault::Fault;
 use crate::certificate::verdict::{MOST, Rules, verdict};
 use crate::formats::format::Format;
-use crate::formats::loaded::open;
+use crate::formats::loaded::{Loaded, open};
 use crate::formats::model::{Model, Piece};
 use crate::formats::reading::Reading;
+use crate::mesh::polygons::Mesh;
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 
@@ -28,16 +31,19 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
     let rules = Rules {
         squares: squares.as_deref(),
         gap: args.size.zip(args.padding).map(|(size, padding)| Texels { size, padding }),
+        weld: args.weld,
         input: input.as_ref().map(|input| input.mesh()),
     };
     let found = verdict(loaded.polygons()?, rules);
-    let mut lines: Vec<String> = found.faults.iter().take(SHOWN).map(|fault| format!("{name}: {fault}")).collect();
+    let mut lines = lines(&found.faults, rules.input, &loaded).into_iter().map(|line| format!("{name}: {line}"));
+    let mut lines: Vec<String> = lines.by_ref().take(SHOWN).collect();
     if found.faults.is_empty() {
         let told = |count: usize, what: &str| if count == 0 { String::new() } else { format!(", {count} {what}") };
         let (flat, turned) = (told(found.flat, "without area"), told(found.turned, "turned against their neighbours"));
         lines.push(format!(
-            "{name}: every rule is kept by {} faces{flat}{turned} in {} charts",
-            found.faces, found.charts
+            "{name}: every rule is kept by {}{flat}{turned} in {}",
+            counted(found.faces, "polygon"),
+            counted(found.charts, "chart")
         ));
     }
     let printed = lines.iter().try_for_each(|line| writeln!(stdout().lock(), "{line}"));
@@ -46,11 +52,40 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
         0 => Ok(()),
         count => {
             let more = if count >= MOST { " or more" } else { "" };
-            Err(Failure::Unreached(format!(
-                "{name}: {count}{more} breaches of rules, the first {SHOWN} above; unwrap it again"
-            )))
+            let shown = if lines.len() < count {
+                format!(", the first {SHOWN} of them or their cause above")
+            } else {
+                String::new()
+            };
+            let breaches =
+                if count == 1 { "1 breach of a rule".into() } else { format!("{count}{more} breaches of rules") };
+            Err(Failure::Unreached(format!("{name}: {breaches}{shown}; unwrap it again")))
         }
     }
+}
+
+/// A line for each fault; where many have one cause, that alone.
+fn lines(faults: &[Fault], input: Option<&Mesh>, loaded: &Loaded) -> Vec<String> {
+    let of_mesh = |fault: &&Fault| matches!(fault, Fault::Missing(_) | Fault::Changed(_) | Fault::Added(_));
+    let (count, polygons) = (faults.iter().filter(of_mesh).count(), loaded.mesh().polygon_count());
+    let mut lines = Vec::new();
+    let is_another = count >= SHOWN || count > 1 && count >= polygons;
+    if let (true, Some(input)) = (is_another, input) {
+        lines.push(format!(
+            "another mesh than --input: {} here, {} there, and from face {} on they differ",
+            counted(polygons, "polygon"),
+            counted(input.polygon_count(), "polygon"),
+            faults.iter().find(of_mesh).map_or(0, |fault| fault.face())
+        ));
+    }
+    let bare = faults.iter().filter(|fault| matches!(fault, Fault::Unmapped(_))).count();
+    let is_bare = bare > 0 && (loaded.mesh().corner_uv.is_none() || bare >= polygons.min(MOST));
+    if is_bare {
+        lines.push("no face has UVs".into());
+    }
+    let told = |fault: &&Fault| !(is_another && of_mesh(fault) || is_bare && matches!(fault, Fault::Unmapped(_)));
+    lines.extend(faults.iter().filter(told).map(Fault::to_string));
+    lines
 }
 
 /// A number for each polygon, the same for those that share a unit square.

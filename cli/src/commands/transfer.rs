@@ -1,6 +1,7 @@
 //! `seamwright transfer`: the atlas of one mesh on another mesh of the same shape.
 
 use crate::args::transfer::TransferArgs;
+use crate::base::counted::counted;
 use crate::base::failure::Failure;
 use crate::files::drafts::{self, Drafts};
 use crate::files::paths::is_stdout;
@@ -65,11 +66,11 @@ pub fn transfer(args: &TransferArgs) -> Result<(), Failure> {
     publish(drafts, args.json.as_deref(), &report)?;
     let done = &report.result;
     reporter.say(&format!(
-        "{}: {} charts, {:.1} % of the surface within two texels, {} faces moved, {:.2} s",
+        "{}: {}, {:.1} % of the surface within two texels, {} moved, {:.2} s",
         report.output,
-        done.charts,
+        counted(done.charts, "chart"),
         100.0 * done.within_two_texels,
-        done.moved_faces,
+        counted(done.moved_faces, "face"),
         report.seconds
     ));
     missed(&args.mesh, &atlas.report).map_or(Ok(()), |text| Err(Failure::Unreached(text)))
@@ -114,15 +115,21 @@ fn draw(mesh: &Loaded, atlas: &CarriedAtlas, pool: &Pool) -> Vec<u8> {
     drawing.png(pool)
 }
 
-/// What to say where the atlas breaks a rule that the source's keeps. It is written all the same.
+/// Share of the surface within two texels below which the texture is as good as another mesh's.
+const LOST: f64 = 0.5;
+
+/// What to say where the atlas breaks a rule that the source's keeps, or the texture is lost. It is written all the same.
 fn missed(mesh: &Path, done: &TransferReport) -> Option<String> {
-    let is_bad = done.flipped > 0 || done.overlapping > done.source_overlapping;
-    is_bad.then(|| {
-        format!(
-            "{}: the atlas is written, but {} faces are flipped and {} overlap; they are larger than the charts leave room for",
-            mesh.display(),
-            done.flipped,
+    let mesh = mesh.display();
+    let share = 100.0 * done.within_two_texels;
+    if !done.copied && done.flipped > 0 || done.overlapping > done.source_overlapping {
+        return Some(format!(
+            "{mesh}: the atlas is written, but {} flipped and {} overlapping; they are larger than the charts leave room for",
+            counted(done.flipped, "face"),
             done.overlapping
-        )
+        ));
+    }
+    (done.within_two_texels < LOST).then(|| {
+        format!("{mesh}: the atlas is written, but only {share:.1} % of the surface keeps its texels: it is another shape, or too coarse")
     })
 }

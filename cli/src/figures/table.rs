@@ -46,7 +46,7 @@ const fn column(head: &'static str, value: Cell) -> Column {
 
 const COLUMNS: &[Column] = &[
     column("file", Cell::Name),
-    column("faces", Cell::Count(|r| r.faces)),
+    column("triangles", Cell::Count(|r| r.faces)),
     column("no uv", Cell::Count(|r| r.faces_without_vt)),
     column("charts", Cell::Count(|r| r.charts)),
     column("no disk", Cell::Count(|r| r.non_disk_charts)),

@@ -120,6 +120,7 @@ impl<'a> Joined<'a> {
         all.chart_count += own.chart_count;
         all.flipped += own.flipped;
         all.overlapping += own.overlapping;
+        all.closed_breaks += own.closed_breaks;
         all.repaired = sum(&all.repaired, &own.repaired);
         self.area += area;
         self.sets += 1;
@@ -162,6 +163,10 @@ fn sum(a: &RepairSummary, b: &RepairSummary) -> RepairSummary {
         boundary_loops: a.boundary_loops + b.boundary_loops,
         euler: a.euler + b.euler,
         genus: a.genus + b.genus,
+        border_edges: a.border_edges + b.border_edges,
+        closed_edges: a.closed_edges + b.closed_edges,
+        weld_tolerance: a.weld_tolerance.max(b.weld_tolerance),
+        crack_width: a.crack_width.max(b.crack_width),
     }
 }
 

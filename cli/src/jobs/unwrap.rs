@@ -6,6 +6,7 @@ use super::outputs::{add_mesh, publish};
 use super::sets::{self, Joined, Set, has_triangle, sets};
 use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
+use crate::base::counted::counted;
 use crate::base::failure::Failure;
 use crate::figures::measure::measure;
 use crate::figures::record::AtlasRecord;
@@ -31,6 +32,7 @@ use crate::run::threads::Pool;
 use crate::training::map_file;
 use crate::training::trainer::Trainer;
 use seamwright_core::judge::measure::RESOLUTION;
+use seamwright_core::mesh::cracks::Weld;
 use seamwright_core::pipeline::CountedWork;
 use std::io::stdout;
 use std::path::{Path, PathBuf};
@@ -94,6 +96,9 @@ impl Job {
             reporter.say(&format!("warning: {}: {text}", loaded.path.display()));
             warnings.push(text);
         }
+        if self.settings.weld != Weld::Equal {
+            reporter.say(&result.welded());
+        }
         for warning in result.warnings() {
             reporter.say(&format!("warning: {}: {warning}", loaded.path.display()));
             warnings.push(warning);
@@ -149,9 +154,9 @@ impl Job {
         };
         publish(drafts, self.json.as_deref(), &report)?;
         reporter.say(&format!(
-            "{}: {} charts, distortion {:.4}, {:.1} % of the square used, {:.2} s",
+            "{}: {}, distortion {:.4}, {:.1} % of the square used, {:.2} s",
             self.target.path.display(),
-            report.result.charts,
+            counted(report.result.charts, "chart"),
             report.result.distortion,
             100.0 * report.result.utilisation,
             report.seconds

@@ -3,6 +3,7 @@
 use crate::args::method::MethodArg;
 use crate::args::settings::work_words;
 use crate::formats::loaded::Loaded;
+use seamwright_core::mesh::cracks::Weld;
 use seamwright_core::pipeline::{Charts, CountedWork, Packing, Settings, Snap, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
@@ -35,6 +36,7 @@ pub struct SettingsReport {
     pub packing: &'static str,
     pub prefer: &'static str,
     pub hard_edges: &'static str,
+    pub weld: String,
     pub size: u32,
     pub padding: u32,
     pub rays: u32,
@@ -94,6 +96,11 @@ impl SettingsReport {
                 HardEdges::Prefer => "prefer",
                 HardEdges::Require => "require",
                 HardEdges::Off => "off",
+            },
+            weld: match settings.weld {
+                Weld::Equal => "off".into(),
+                Weld::Within(share) => share.to_string(),
+                Weld::Auto => "auto".into(),
             },
             size: settings.size,
             padding: settings.padding,

@@ -1,6 +1,7 @@
 //! What came out, for the report, and what the user should know of it.
 
 use crate::args::settings::work_words;
+use crate::base::counted::counted;
 use crate::figures::record::AtlasRecord;
 use crate::run::atlas::Atlas;
 use seamwright_core::mesh::repair::RepairSummary;
@@ -21,6 +22,8 @@ pub struct ResultReport {
     pub overlapping: usize,
     /// Edges that are cut though a weight forbids it.
     pub forbidden_cuts: usize,
+    /// Closed cracks that are cut all the same, since the shading breaks there.
+    pub closed_breaks: usize,
     /// What was repaired in the working copy.
     pub repaired: RepairReport,
     /// Where stages ended early, as `--work` takes it.
@@ -58,6 +61,10 @@ pub struct RepairReport {
     pub boundary_loops: usize,
     pub euler: i64,
     pub genus: i64,
+    pub border_edges: usize,
+    pub closed_edges: usize,
+    pub weld_tolerance: f64,
+    pub crack_width: f64,
 }
 
 impl ResultReport {
@@ -71,9 +78,25 @@ impl ResultReport {
             flipped: report.flipped,
             overlapping: report.overlapping,
             forbidden_cuts: report.forbidden_cuts,
+            closed_breaks: report.closed_breaks,
             repaired: RepairReport::from(&report.repaired),
             ended_early: report.ended_early.map(work_words),
         }
+    }
+
+    /// What was closed, where that was asked for.
+    pub fn welded(&self) -> String {
+        let RepairReport { border_edges, closed_edges, weld_tolerance, .. } = self.repaired;
+        let left = border_edges.saturating_sub(2 * closed_edges);
+        let breaks = match self.closed_breaks {
+            0 => String::new(),
+            1 => "; 1 stays cut, since the shading breaks there".into(),
+            count => format!("; {count} stay cut, since the shading breaks there"),
+        };
+        format!(
+            "cracks closed: {} within {weld_tolerance:.1e} of the diagonal, border edges {border_edges} -> {left}{breaks}",
+            counted(closed_edges, "edge")
+        )
     }
 
     /// What the user should know of the atlas: a count, its one cause, and what to do. Nothing where all is well.
@@ -133,6 +156,10 @@ impl From<&RepairSummary> for RepairReport {
             boundary_loops,
             euler,
             genus,
+            border_edges,
+            closed_edges,
+            weld_tolerance,
+            crack_width,
         } = *summary;
         Self {
             welded_vertices,
@@ -149,6 +176,10 @@ impl From<&RepairSummary> for RepairReport {
             boundary_loops,
             euler,
             genus,
+            border_edges,
+            closed_edges,
+            weld_tolerance,
+            crack_width,
         }
     }
 }

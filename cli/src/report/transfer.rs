@@ -2,6 +2,7 @@
 
 use super::asked::InputReport;
 use super::document::StageReport;
+use crate::base::counted::counted;
 use crate::formats::loaded::Loaded;
 use seamwright_core::transfer::report::TransferReport as Done;
 use serde::Serialize;
@@ -48,6 +49,8 @@ pub struct CarriedResult {
     pub moved_faces: usize,
     /// Mean distance of the two surfaces.
     pub distance: f64,
+    /// Whether the two are one mesh but for numbering and winding, and the UVs were copied.
+    pub copied: bool,
 }
 
 impl From<&Done> for CarriedResult {
@@ -61,9 +64,13 @@ impl From<&Done> for CarriedResult {
             overlapping_faces: done.overlapping,
             moved_faces: done.moved,
             distance: done.distance,
+            copied: done.copied,
         }
     }
 }
+
+/// Share of the surface within two texels below which the user is told.
+const LITTLE: f64 = 0.9;
 
 /// What the user should know of the source and of what came out.
 pub fn warnings(source: &Loaded, mesh: &Loaded, done: &Done) -> Vec<String> {
@@ -75,14 +82,19 @@ pub fn warnings(source: &Loaded, mesh: &Loaded, done: &Done) -> Vec<String> {
     if done.source_overlapping > 0 {
         all.push(format!("{from}: {} faces of its atlas overlap", done.source_overlapping));
     }
+    if done.within_two_texels < LITTLE {
+        let share = 100.0 * done.within_two_texels;
+        all.push(format!("{onto}: {share:.1} % of its surface keeps its texels; the texture does not fit the rest"));
+    }
     let (had, has) = (done.source_charts, done.charts);
     if has < had {
         all.push(format!("{onto}: {} of {had} charts are smaller than its faces and have none", had - has));
     }
     if done.regions > has {
         all.push(format!(
-            "{onto}: its {has} charts lie in {} pieces, where its faces are larger than a chart is wide",
-            done.regions
+            "{onto}: its {} lie in {}, where its faces are larger than a chart is wide",
+            counted(has, "chart"),
+            counted(done.regions, "piece")
         ));
     }
     all

@@ -55,7 +55,11 @@ pub fn make_by(
     workers: &dyn Workers,
     progress: &mut Reporter,
 ) -> Result<Atlas, Failure> {
-    let mesh = if keep_seams { loaded.mapped()?.0 } else { loaded.polygons()? };
+    let mesh = loaded.polygons()?;
+    if keep_seams && mesh.corner_uv.is_none() {
+        let text = "the file has no UVs whose seams could be kept; leave the flag out";
+        return Err(Failure::Input(format!("{}: --keep-seams: {text}", loaded.path.display())));
+    }
     let input = input(mesh, keep_seams, parts);
     let mut atlas = empty(mesh);
     let triangles = mesh.corners.len().saturating_sub(2 * mesh.polygon_count());

@@ -1,4 +1,4 @@
-//! Progress for people: bars on a terminal, a line a stage elsewhere, nothing when quiet.
+//! Progress for people: a line for each stage that has ended, a bar for the one at work on a terminal, nothing when quiet.
 //!
 //! Everything goes to standard error, so that standard output holds data alone.
 
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// How the run is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Show {
-    /// A bar that is redrawn.
+    /// A line for each finished stage, and a bar that is redrawn.
     Bar,
     /// A line for each finished stage.
     Lines,
@@ -48,6 +48,8 @@ pub struct StageTime {
     pub stage: &'static str,
     /// Wall time.
     pub time: Duration,
+    /// How often the run came to it.
+    pub visits: u32,
 }
 
 impl Reporter {
@@ -84,13 +86,18 @@ impl Reporter {
     fn end_stage(&mut self) {
         let Some((stage, since)) = self.current.take() else { return };
         let (name, time) = (stage.name(), since.elapsed());
-        if self.show == Show::Lines {
-            self.say(format!("{name:9} {:8.2} s  {}", time.as_secs_f64(), self.note).trim_end());
-        }
-        match self.times.iter_mut().find(|t| t.stage == name) {
-            Some(known) => known.time += time,
-            None => self.times.push(StageTime { stage: name, time }),
-        }
+        let visit = match self.times.iter_mut().find(|t| t.stage == name) {
+            Some(known) => {
+                (known.time, known.visits) = (known.time + time, known.visits + 1);
+                known.visits
+            }
+            None => {
+                self.times.push(StageTime { stage: name, time, visits: 1 });
+                1
+            }
+        };
+        let again = if visit > 1 { format!("round {visit}  ") } else { String::new() };
+        self.say(format!("{name:9} {:8.2} s  {again}{}", time.as_secs_f64(), self.note).trim_end());
     }
 }
 

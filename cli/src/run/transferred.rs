@@ -65,6 +65,14 @@ fn refusal(source: &Loaded, mesh: &Loaded, error: TransferError) -> Failure {
              one place: move and scale the mesh as {from} is",
             100.0 * distance / extent
         )),
+        TransferError::Reversed { share } => Failure::Input(format!(
+            "{onto}: {:.0} % of its surface faces the other way than that of {from}: turn its faces round",
+            100.0 * share
+        )),
+        TransferError::Stacked { faces, of } => Failure::Input(format!(
+            "{from}: {faces} of {of} triangles of its atlas lie upon others, so that no place belongs to one of them alone; lay its charts side by side, \
+             for example by seamwright unwrap --keep-seams"
+        )),
         other => Failure::Input(format!("{onto}: {other}; repair the mesh")),
     }
 }

@@ -59,7 +59,7 @@
 // `rays` is not from 1 to 65536.
 #define SEAMWRIGHT_BAD_RAYS 11
 
-// `charts`, `packing`, `hard_edges`, `prefer` or `straighten` is none of their constants.
+// `charts`, `packing`, `hard_edges`, `prefer` or `straighten` is none of their constants, or `weld` neither its own nor 0 to 0.01.
 #define SEAMWRIGHT_BAD_CHOICE 12
 
 // More scratch memory is needed. `detail`: bytes to try next, which changes no bit of the result; 0: no amount would do.
@@ -120,6 +120,9 @@
 
 // Every chart lies as it has least distortion.
 #define SEAMWRIGHT_STRAIGHTEN_OFF 1
+
+// For `weld`: cracks of the width that is found in the mesh are closed.
+#define SEAMWRIGHT_WELD_AUTO -1.0
 
 // The edge is a cut whatever it costs.
 #define SEAMWRIGHT_EDGE_CUT 1
@@ -238,6 +241,9 @@ typedef struct SeamwrightOptions {
     uint32_t straighten;
     // Further searches for seams, 100 at the most, of which the best is kept.
     uint32_t search;
+    // Cracks up to this share of the mesh's diagonal are closed in the working copy; SEAMWRIGHT_WELD_AUTO: of the width that is
+    // found in the mesh. 0: none.
+    double weld;
 } SeamwrightOptions;
 
 // Where the atlas is written. After an error its contents are unspecified.
@@ -273,8 +279,10 @@ typedef struct SeamwrightReport {
     size_t split_edges;
     // After an error: see its code. Otherwise 0.
     size_t detail;
+    // Edges where a crack was closed.
+    size_t closed_edges;
 } SeamwrightReport;
-#define SEAMWRIGHT_REPORT_INIT {sizeof(SeamwrightReport), 0, 0, 0, 0, 0, 0, 0, 0}
+#define SEAMWRIGHT_REPORT_INIT {sizeof(SeamwrightReport), 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 // One of n tasks.
 typedef void (*SeamwrightTask)(void *context, size_t index);

@@ -43,9 +43,9 @@ macro_rules! growing {
 
 growing! {
     SeamwrightMesh: parts, tolerance;
-    SeamwrightOptions: effort, search;
+    SeamwrightOptions: effort, weld;
     SeamwrightAtlas: exposure, exposure;
-    SeamwrightReport: detail, detail;
+    SeamwrightReport: detail, closed_edges;
     SeamwrightFigures: detail, sharp_seam_cover;
     SeamwrightHost: run, run;
 }

@@ -26,6 +26,8 @@ pub const SEAMWRIGHT_PREFER_FILL: u32 = 2;
 pub const SEAMWRIGHT_STRAIGHTEN_AUTO: u32 = 0;
 /// Every chart lies as it has least distortion.
 pub const SEAMWRIGHT_STRAIGHTEN_OFF: u32 = 1;
+/// For `weld`: cracks of the width that is found in the mesh are closed.
+pub const SEAMWRIGHT_WELD_AUTO: f64 = -1.0;
 /// The edge is a cut whatever it costs.
 pub const SEAMWRIGHT_EDGE_CUT: u8 = 1;
 /// The shading breaks at the edge: a border of smoothing groups, a sharp edge.
@@ -95,6 +97,9 @@ pub struct SeamwrightOptions {
     pub straighten: u32,
     /// Further searches for seams, 100 at the most, of which the best is kept.
     pub search: u32,
+    /// Cracks up to this share of the mesh's diagonal are closed in the working copy; SEAMWRIGHT_WELD_AUTO: of the width that is
+    /// found in the mesh. 0: none.
+    pub weld: f64,
 }
 
 /// Where the atlas is written. After an error its contents are unspecified.
@@ -133,6 +138,8 @@ pub struct SeamwrightReport {
     pub split_edges: usize,
     /// After an error: see its code. Otherwise 0.
     pub detail: usize,
+    /// Edges where a crack was closed.
+    pub closed_edges: usize,
 }
 
 /// Figures of any UV map. Those over nothing are NaN, energies of collapsed maps infinite.

@@ -7,6 +7,7 @@ use crate::structs::{Room, read};
 use crate::surface::{Starts, Surface};
 use crate::types::*;
 use seamwright_core::base::scratch::Scratch;
+use seamwright_core::mesh::cracks::Weld;
 use seamwright_core::pipeline::{self, Charts, Input, Output, Packing, Settings, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
@@ -18,6 +19,8 @@ const SIZES: core::ops::RangeInclusive<u32> = 16..=65536;
 const MOST_EFFORT: u32 = 1000;
 /// Most further searches.
 const MOST_SEARCH: u32 = 100;
+/// Widest crack that is closed.
+const MOST_WELD: f64 = 0.01;
 /// Rays a vertex.
 const RAYS: core::ops::RangeInclusive<u32> = 1..=65536;
 
@@ -147,6 +150,7 @@ unsafe fn run(
         dropped_polygons: done.repaired.dropped_polygons,
         split_edges: done.repaired.split_edges,
         detail: 0,
+        closed_edges: done.repaired.closed_edges,
     })
 }
 
@@ -181,6 +185,12 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         SEAMWRIGHT_STRAIGHTEN_OFF => Straighten::Off,
         _ => return none_of_them,
     };
+    let weld = match options.weld {
+        SEAMWRIGHT_WELD_AUTO => Weld::Auto,
+        0.0 => Weld::Equal,
+        share if share > 0.0 && share <= MOST_WELD => Weld::Within(share),
+        _ => return none_of_them,
+    };
     let settings = Settings {
         distortion,
         charts,
@@ -190,6 +200,7 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         effort: f64::from(effort) / 100.0,
         rays,
         straighten,
+        weld,
         hard_edges,
         prefer,
         search,
@@ -222,7 +233,7 @@ mod tests {
             settings(&options)
         };
         type Case = (fn(&mut SeamwrightOptions), fn(&mut Settings));
-        let cases: [Case; 8] = [
+        let cases: [Case; 10] = [
             (|o| o.charts = SEAMWRIGHT_CHARTS_ONE, |s| s.charts = Charts::One),
             (|o| o.packing = SEAMWRIGHT_PACKING_GRID, |s| s.packing = Packing::Grid),
             (|o| o.hard_edges = SEAMWRIGHT_HARD_EDGES_REQUIRE, |s| s.hard_edges = HardEdges::Require),
@@ -231,14 +242,23 @@ mod tests {
             (|o| o.prefer = SEAMWRIGHT_PREFER_FILL, |s| s.prefer = Prefer::Fill),
             (|o| o.straighten = SEAMWRIGHT_STRAIGHTEN_OFF, |s| s.straighten = Straighten::Off),
             (|o| o.search = 7, |s| s.search = 7),
+            (|o| o.weld = 1e-4, |s| s.weld = Weld::Within(1e-4)),
+            (|o| o.weld = SEAMWRIGHT_WELD_AUTO, |s| s.weld = Weld::Auto),
         ];
         for (choose, same) in cases {
             let mut expected = Settings::default();
             same(&mut expected);
             assert_eq!(text(chosen(choose)), text(Ok(expected)));
         }
-        let beyond: [fn(&mut SeamwrightOptions); 5] =
-            [|o| o.charts = 2, |o| o.packing = 2, |o| o.hard_edges = 3, |o| o.prefer = 3, |o| o.straighten = 2];
+        let beyond: [fn(&mut SeamwrightOptions); 7] = [
+            |o| o.charts = 2,
+            |o| o.packing = 2,
+            |o| o.hard_edges = 3,
+            |o| o.prefer = 3,
+            |o| o.straighten = 2,
+            |o| o.weld = 0.1,
+            |o| o.weld = f64::NAN,
+        ];
         for choose in beyond {
             assert_eq!(chosen(choose).err(), Some(Fault::new(SEAMWRIGHT_BAD_CHOICE)));
         }

@@ -1,6 +1,7 @@
 //! Meshes: views, adjacency, and the repair that turns any polygons into manifolds.
 
 pub mod collapse;
+pub mod cracks;
 pub mod decimate;
 pub mod frame;
 pub mod loops;
@@ -15,11 +16,14 @@ pub mod triangles;
 pub mod view;
 pub mod working;
 
-mod draft; // the steps of `repair`
+mod draft;
 mod facets;
 mod idle;
+mod joints;
 mod manifold;
+mod open_side; // the steps of `repair`
 mod orient;
+mod partners;
 #[cfg(test)]
 mod repair_tests;
 mod unit_box;

@@ -1,15 +1,16 @@
 //! From the user's polygons to a working mesh that every later stage can rely on.
 //!
-//! Weld, triangulate, join faces at edges, orient, split what is not manifold; each step has its file. Only the
+//! Weld, close cracks where that is asked for, triangulate, join faces at edges, orient, split what is not manifold; each step has its file. Only the
 //! working copy changes: every working corner names the input corner that it stands for.
 //! Guaranteed: every component is an oriented 2-manifold with boundary; an edge, named by its two vertices, has one
 //! half-edge or two twins of opposite direction (so `topology::twins` finds the same twins); the corners at a vertex are
 //! one fan; no face has a vertex twice; the triangles of a polygon hang together, so that its corners keep one UV each.
 //! Scaling the input by a power of two changes no bit of the result but `extent` and `centre`.
 //! Limits: faces of zero area stay, since taking them out would open cracks, but for those that are [`idle`](super::idle);
-//! vertices that are near one another but not equal stay apart. Faces that are turned round against the input have a mirrored UV in the eyes of a reader that goes
+//! vertices that are near one another but not equal stay apart unless [`Weld`] says otherwise. Faces that are turned round against the input have a mirrored UV in the eyes of a reader that goes
 //! by the file's order of corners, see [`Facing`].
 
+use super::cracks::{Closed, Weld, close_cracks, close_cracks_need};
 use super::draft::Draft;
 use super::facets::{FacetCounts, facets, facets_need};
 use super::idle::{idle, idle_need, is_flat};
@@ -20,7 +21,7 @@ use super::polygons::{Counts, Polygons};
 use super::unit_box::UnitBox;
 use super::view::{NONE, next};
 use super::weld::{weld, weld_need};
-use super::working::{DIAGONAL, FORCED, Working};
+use super::working::{CLOSED, DIAGONAL, FORCED, Working};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::union_find::UnionFind;
 use glam::{DVec2, DVec3};
@@ -37,7 +38,7 @@ pub enum Facing {
 }
 
 /// What was repaired.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RepairSummary {
     /// Input vertices merged into another at the same place.
     pub welded_vertices: usize,
@@ -67,6 +68,14 @@ pub struct RepairSummary {
     pub euler: i64,
     /// Handles of all components together.
     pub genus: i64,
+    /// Under [`Weld::Within`] and [`Weld::Auto`]: sides of polygons on whose other side no polygon was.
+    pub border_edges: usize,
+    /// Edges where two of them were joined.
+    pub closed_edges: usize,
+    /// How far apart these were at the most, over the diagonal of the mesh's box.
+    pub weld_tolerance: f64,
+    /// How far the vertices that were welded over cracks were apart on the mean, over the largest side of that box.
+    pub crack_width: f64,
 }
 
 /// Why there is no working mesh. Nothing was written.
@@ -110,6 +119,11 @@ impl core::error::Error for RepairError {}
 /// Bytes that must be free for [`repair`]: about 135 a triangle (150 where nothing is welded), and 85 a corner of the
 /// longest polygon. When it is done, 65 (at the most 145) of them a triangle stay taken.
 pub fn repair_need(counts: &Counts) -> usize {
+    repair_welding_need(counts, Weld::Equal)
+}
+
+/// Bytes that must be free for [`repair_welding`].
+pub fn repair_welding_need(counts: &Counts, weld: Weld) -> usize {
     let Counts { vertices, triangles, .. } = *counts;
     if counts.are_too_many() {
         return usize::MAX;
@@ -117,18 +131,20 @@ pub fn repair_need(counts: &Counts) -> usize {
     let kept =
         bytes_for::<u32>(vertices).saturating_add(bytes_for::<u32>(triangles)).saturating_add(Draft::need(triangles));
     let working = bytes_for::<DVec3>(3 * triangles).saturating_add(bytes_for::<u32>(3 * triangles));
-    kept.saturating_add(working.max(temporary_need(counts)))
+    kept.saturating_add(working.max(temporary_need(counts, weld)))
 }
 
 /// What [`repair`] needs besides what it hands back.
-fn temporary_need(counts: &Counts) -> usize {
+fn temporary_need(counts: &Counts, weld: Weld) -> usize {
     let Counts { vertices, triangles, longest, polygons, .. } = *counts;
     let edges = bytes_for::<[u32; 3]>(3 * triangles)
         .saturating_add(bytes_for::<u8>(3 * triangles))
         .saturating_add(orient_need(triangles).max(bytes_for::<u8>(vertices)));
     let facets = bytes_for::<u8>(polygons).saturating_add(facets_need(vertices, longest));
     let steps = weld_need(vertices).max(idle_need(counts)).max(facets).max(edges);
-    bytes_for::<u64>(polygons.saturating_add(1)).saturating_add(steps)
+    let exact = bytes_for::<u32>(if weld == Weld::Equal { 0 } else { vertices });
+    let steps = if weld == Weld::Equal { steps } else { steps.max(close_cracks_need(counts)) };
+    bytes_for::<u64>(polygons.saturating_add(1)).saturating_add(exact).saturating_add(steps)
 }
 
 /// Makes the working mesh. Its slices come from `out`, where the memory for the work itself is free again afterwards.
@@ -139,7 +155,17 @@ pub fn repair<'a>(
     facing: Facing,
     out: &mut Scratch<'a>,
 ) -> Result<(Working<'a>, RepairSummary), RepairError> {
-    out.require(repair_need(&input.counts()))?;
+    repair_welding(input, facing, Weld::Equal, out)
+}
+
+/// [`repair`], with cracks closed.
+pub fn repair_welding<'a>(
+    input: &Polygons,
+    facing: Facing,
+    cracks: Weld,
+    out: &mut Scratch<'a>,
+) -> Result<(Working<'a>, RepairSummary), RepairError> {
+    out.require(repair_welding_need(&input.counts(), cracks))?;
     check(input)?;
     let (triangles, longest) = input.size();
     let mut summary = RepairSummary::default();
@@ -156,6 +182,13 @@ pub fn repair<'a>(
         }
         summary.welded_vertices = weld(welded, input.positions, frame.frame())?;
         let whole = UnitBox::new(welded.iter().filter(|v| **v != NONE).map(|v| input.positions[*v as usize]));
+        let equal = frame.take::<u32>(if cracks == Weld::Equal { 0 } else { welded.len() })?;
+        if cracks != Weld::Equal {
+            equal.copy_from_slice(welded);
+            let Closed { border_edges, tolerance, width } = close_cracks(welded, input, &whole, cracks, frame.frame())?;
+            (summary.border_edges, summary.weld_tolerance) = (border_edges, tolerance);
+            summary.crack_width = width;
+        }
 
         let signature = frame.take::<u64>(input.polygon_start.len())?;
         let found = {
@@ -172,9 +205,10 @@ pub fn repair<'a>(
         draft = draft.shorten(count);
         unit = UnitBox::new(draft.faces.as_flattened().iter().map(|v| input.positions[*v as usize]));
         vertex_count = join_and_split(&mut draft, &mut summary, input, facing, signature, &unit, &mut frame)?;
+        mark_kept_borders(&mut draft, input);
+        summary.closed_edges = mark_closed(&mut draft, input, equal);
     }
     let (component, component_count) = components(component, &draft);
-    mark_kept_borders(&mut draft, input);
 
     let positions = out.take::<DVec3>(vertex_count)?;
     let vertex_source = out.take::<u32>(vertex_count)?;
@@ -303,6 +337,28 @@ fn mark_kept_borders(draft: &mut Draft, input: &Polygons) {
             draft.fixed[h as usize] = if mapped && ours != theirs { FORCED } else { 0 };
         }
     }
+}
+
+/// Marks the edges whose faces would have no neighbour there if only vertices at `equal` places were one; returns how many.
+fn mark_closed(draft: &mut Draft, input: &Polygons, equal: &[u32]) -> usize {
+    let at = |draft: &Draft, c: u32| {
+        let vertex = input.corners[draft.corner_source[c as usize] as usize];
+        equal.get(vertex as usize).copied().unwrap_or(NONE)
+    };
+    let mut count = 0;
+    for h in 0..draft.twin.len() as u32 {
+        let twin = draft.twin[h as usize];
+        if twin != NONE && draft.fixed[h as usize] != DIAGONAL {
+            let ends = [at(draft, h), at(draft, next(h))];
+            if ends != [at(draft, next(twin)), at(draft, twin)] {
+                count += usize::from(h < twin);
+                if draft.fixed[h as usize] == 0 {
+                    draft.fixed[h as usize] = CLOSED;
+                }
+            }
+        }
+    }
+    count
 }
 
 /// Counts what the finished mesh shows.

@@ -22,6 +22,8 @@ pub struct Report {
     pub overlapping: usize,
     /// Edges that are cut though a weight forbids them: without, a piece could not be laid flat.
     pub forbidden_cuts: usize,
+    /// Closed cracks that are cut all the same, since the shading breaks there.
+    pub closed_breaks: usize,
     /// What was repaired.
     pub repaired: RepairSummary,
     /// Work that was done where a stage ended early: given as [`Settings::work`](super::settings::Settings::work) it gives this atlas again.

@@ -1,5 +1,6 @@
 //! What the user can ask for.
 
+use crate::mesh::cracks::Weld;
 use crate::pack::settings::{Mode, PackSettings};
 use crate::price::cost::Prefer;
 use crate::price::given::HardEdges;
@@ -67,6 +68,8 @@ pub struct Settings {
     pub effort: f64,
     /// Exposure rays a vertex.
     pub rays: u32,
+    /// Which borders are welded in the working copy. A crack at a break of the shading stays a cut, unless `hard_edges` is off.
+    pub weld: Weld,
     /// What is made of shading breaks in [`super::input::Input::edges`].
     pub hard_edges: HardEdges,
     /// What is given up where seams and fill are at odds.
@@ -118,6 +121,7 @@ impl Default for Settings {
             padding: 2,
             effort: 1.0,
             rays: 128,
+            weld: Weld::Equal,
             hard_edges: HardEdges::Prefer,
             prefer: Prefer::Balance,
             search: 0,

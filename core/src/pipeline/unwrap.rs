@@ -19,9 +19,9 @@ use crate::finish::fill::{fill_dropped, fill_dropped_need};
 use crate::finish::place::{AtlasOutput, Maps, PlaceSummary, Placing, place};
 use crate::mesh::frame::to_own_frame;
 use crate::mesh::polygons::Counts;
-use crate::mesh::repair::{Facing, repair, repair_need};
+use crate::mesh::repair::{Facing, repair_welding, repair_welding_need};
 use crate::mesh::view::NONE;
-use crate::mesh::working::{FORCED, Working};
+use crate::mesh::working::{CLOSED, FORCED, Working};
 use crate::pack::layout::pack_need;
 use crate::plane::overlap::overlaps_need;
 use crate::price::cost::{FORBIDDEN, Rates, prices, prices_need};
@@ -65,7 +65,7 @@ pub fn need_for(counts: &Counts, settings: &Settings, bvh: &dyn BuildBvh) -> usi
     let maps = 18 * 3 * triangles + 4096 + copies_keep(triangles);
     let stages = pieces.max(packing + 60 * 3 * triangles).max(copies_need(triangles));
     let atlas = last + pieces_need(triangles) + maps + stages;
-    repair_need(counts)
+    repair_welding_need(counts, settings.weld)
         .saturating_add(bytes_for::<DVec3>(vertices) + bytes_for::<f64>(3 * triangles) + bytes_for::<f32>(vertices))
         .saturating_add(rays.max(prices).max(atlas).max(fill_dropped_need(counts)))
 }
@@ -108,7 +108,7 @@ pub fn unwrap_by(
     scratch.require(unwrap_need(input, settings, bvh))?;
     let polygons = input.polygons();
     tell(progress, Stage::Repair, 0, 1)?;
-    let (mut working, repaired) = repair(&polygons, Facing::Turned, &mut scratch)?;
+    let (mut working, repaired) = repair_welding(&polygons, Facing::Turned, settings.weld, &mut scratch)?;
     let own = scratch.take::<DVec3>(working.positions.len())?;
     let own_frame = to_own_frame(own, working.positions);
     working.positions = own;
@@ -119,12 +119,12 @@ pub fn unwrap_by(
     share_exposure(output.exposure, open, &working);
     let given = OnMesh::new(input.edges, &polygons, &working);
     let seen = Some(&*open).filter(|_| !matches!(&method, Method::Neural(l) if l.is_blind()));
-    let tolerance = input.tolerance / working.extent * own_frame.scale();
-    let rates = Rates { hard_edges: settings.hard_edges, prefer: settings.prefer, tolerance };
-    prices(cost, &working, &given, rates, seen, scratch.frame())?;
+    let Settings { hard_edges, prefer, .. } = *settings;
+    let tolerance = (input.tolerance / working.extent).max(repaired.crack_width) * own_frame.scale();
+    let breaks = prices(cost, &working, &given, Rates { hard_edges, prefer, tolerance }, seen, scratch.frame())?;
     let mut frame = scratch.frame();
     let forced = frame.take::<u8>(working.twin.len())?;
-    mark_forced(forced, &working, &given, input.parts, settings.hard_edges == HardEdges::Require);
+    let closed_breaks = mark_forced(forced, &working, &given, Forcing::new(input.parts, hard_edges, breaks));
     let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
     let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
     let cut = frame.take::<u8>(working.twin.len())?;
@@ -168,7 +168,8 @@ pub fn unwrap_by(
     fill_dropped(output.corner_uv, &polygons, &working, scratch)?;
     let ended_early = CountedWork::of([exposed, searched, placed.steps]);
     let PlaceSummary { chart_count, distortion, utilisation, flipped, overlapping, .. } = placed;
-    Ok(Report { chart_count, distortion, utilisation, flipped, overlapping, forbidden_cuts, repaired, ended_early })
+    let figures = Report { chart_count, distortion, utilisation, flipped, overlapping, ..Report::default() };
+    Ok(Report { forbidden_cuts, closed_breaks, repaired, ended_early, ..figures })
 }
 
 /// What is placed, and how.
@@ -205,13 +206,34 @@ fn polishing(settings: &Settings, may: bool, bulky: bool) -> Polishing {
     }
 }
 
-/// Marks the half-edges that are cut whatever it costs: borders of kept UVs and of parts, what the caller wants cut, and with
-/// `requires` every break of the shading.
-fn mark_forced(forced: &mut [u8], working: &Working, given: &OnMesh, parts: Option<&[u32]>, requires: bool) {
+/// What is cut whatever it costs beside borders of kept UVs and what the caller wants cut.
+struct Forcing<'f> {
+    /// Parts, whose borders are.
+    parts: Option<&'f [u32]>, // (p) of the input
+    /// Every break of the shading.
+    breaks: bool,
+    /// Breaks where a crack was closed.
+    closed_breaks: bool,
+}
+
+impl<'f> Forcing<'f> {
+    /// `count` says whether breaks say anything.
+    fn new(parts: Option<&'f [u32]>, hard_edges: HardEdges, count: bool) -> Self {
+        Self { parts, breaks: hard_edges == HardEdges::Require, closed_breaks: count }
+    }
+}
+
+/// Marks the half-edges that are cut whatever it costs; returns how many edges are such as closed cracks.
+fn mark_forced(forced: &mut [u8], working: &Working, given: &OnMesh, forcing: Forcing) -> usize {
+    let Forcing { parts, breaks, closed_breaks } = forcing;
     let part = |face: u32| parts.map(|p| p.get(working.polygon[face as usize] as usize).copied().unwrap_or(NONE));
+    let mut closed = 0;
     for (h, (out, mark)) in forced.iter_mut().zip(working.fixed).enumerate() {
         let twin = working.twin[h];
-        let wanted = || given.is_cut(h as u32) || requires && given.broken(h as u32) > 0.0;
+        let is_closed = closed_breaks && *mark == CLOSED && given.broken(h as u32) > 0.0;
+        let wanted = || given.is_cut(h as u32) || is_closed || breaks && given.broken(h as u32) > 0.0;
         *out = u8::from(*mark == FORCED || twin != NONE && (part(h as u32 / 3) != part(twin / 3) || wanted()));
+        closed += usize::from(is_closed && (h as u32) < twin);
     }
+    closed
 }

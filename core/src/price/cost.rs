@@ -89,7 +89,7 @@ pub const fn prices_need(faces: usize) -> usize {
 }
 
 /// Fills `cost` (one entry a half-edge of `working`, equal for twins). Diagonals of polygons cost infinity: they are never
-/// cut. Without `exposure` (one value a vertex) a cut costs as if all were open. O(f).
+/// cut. Without `exposure` (one value a vertex) a cut costs as if all were open. Returns whether breaks of the shading count. O(f).
 pub fn prices(
     cost: &mut [f64],
     working: &Working,
@@ -97,7 +97,7 @@ pub fn prices(
     rates: Rates,
     exposure: Option<&[f32]>,
     mut scratch: Scratch,
-) -> Result<(), ScratchTooSmall> {
+) -> Result<bool, ScratchTooSmall> {
     let mesh = working.mesh();
     scratch.require(prices_need(mesh.faces.len()))?;
     let turn = scratch.take::<f64>(cost.len())?;
@@ -117,7 +117,7 @@ pub fn prices(
         let sum = sqrt(d.dot(d)) * (OPEN + SEEN * seen) * noticed * given.weight(c) * scale;
         cost[c as usize] = if sum < FORBIDDEN { for_cost(sum) } else { FORBIDDEN };
     }
-    Ok(())
+    Ok(breaks)
 }
 
 #[cfg(test)]

@@ -26,6 +26,8 @@ const SWAY: f64 = 0.3;
 /// Worth of fill in a price, over what a cut that fills the square may cost ([`FILL_WORTH`]): the formula that foretells fill errs by
 /// more than searches differ in it. Three seeds on 13 meshes are noticed 1.840 and fill .699 with 1, 1.776 and .706 with 0.
 const FILL_SHARE: f64 = 0.25;
+/// Price of a chart beyond the first where one is asked for: cuts over the root of the area cost up to thousands.
+const FURTHER: f64 = 1e9;
 /// Waves that a field is the sum of.
 const WAVES: usize = 24;
 /// Standard deviation of a wave's number along each axis, in radians over the largest side of the surface: humps of a third of it.
@@ -36,17 +38,18 @@ pub const fn draws_need(faces: usize) -> usize {
     2 * bytes_for::<f64>(3 * faces) + bytes_for::<DVec2>(3 * faces) + bytes_for::<u8>(3 * faces)
 }
 
-/// What charts cost: how far the distortion is above `bound`, then what their cuts cost and leave empty of the square.
+/// What charts cost: how far the distortion is above the bound, then what their cuts cost and leave empty of the square; where one chart
+/// is asked for, each further one costs more than all cuts.
 pub fn price_of(
     uv: &[DVec2],
     cut: &[u8],
     surface: &Surface,
-    bound: f64,
+    budget: &Budget,
     mut scratch: Scratch,
 ) -> Result<[f64; 2], ScratchTooSmall> {
     let area: f64 = surface.rest.iter().map(|r| r.area).sum();
     let cost = (0..cut.len()).filter(|c| cut[*c] != 0).map(|c| 0.5 * surface.cost[c]).sum::<f64>();
-    let missed = (distortion(uv, surface.rest) - bound).max(0.0);
+    let missed = (distortion(uv, surface.rest) - budget.distortion).max(0.0);
     let charts = ChartList::new(surface, cut, &mut scratch)?;
     let mut crowd = Crowd::default();
     for k in 0..charts.count() {
@@ -55,7 +58,8 @@ pub fn price_of(
         let Some(start) = surface.first_open(cut, faces) else { continue };
         crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
     }
-    Ok([missed, cost / sqrt(area) - FILL_SHARE * FILL_WORTH * crowd.fill()])
+    let further = if budget.whole { FURTHER * charts.count() as f64 } else { 0.0 };
+    Ok([missed, further + cost / sqrt(area) - FILL_SHARE * FILL_WORTH * crowd.fill()])
 }
 
 /// Searches at the true costs and as often as the budget has draws; writes the best and returns its price.
@@ -70,7 +74,7 @@ pub fn search_best(
     marks: &mut dyn Marks,
 ) -> Result<[f64; 2], SeamError> {
     search_anew(uv, cut, surface, budget, Trials::All, scratch.frame(), workers, marks)?;
-    let price = price_of(uv, cut, surface, budget.distortion, scratch.frame());
+    let price = price_of(uv, cut, surface, &budget, scratch.frame());
     let Some(mut best) = unless_ended(price.map_err(SeamError::from), marks)? else { return Ok([f64::INFINITY; 2]) };
     for number in 0..budget.draws.count {
         let drawn = draw(uv, cut, surface, budget, number, best, scratch.frame(), workers, marks);
@@ -100,7 +104,7 @@ pub fn draw(
     let swayed = Surface { cost, ..*surface };
     let budget = Budget { ends_early: false, ..budget };
     search_anew(drawn_uv, drawn_cut, &swayed, budget, Trials::All, scratch.frame(), workers, marks)?;
-    let price = price_of(drawn_uv, drawn_cut, surface, budget.distortion, scratch)?;
+    let price = price_of(drawn_uv, drawn_cut, surface, &budget, scratch)?;
     if price < best {
         uv.copy_from(drawn_uv);
         cut.copy_from(drawn_cut);
@@ -231,7 +235,7 @@ mod tests {
                 let (mut uv, mut cut) = (vec![DVec2::ZERO; surface.twin.len()], vec![0; surface.twin.len()]);
                 let frame = scratch.frame();
                 let price = search_best(&mut uv, &mut cut, surface, budget, frame, &Serial, &mut NoMarks).unwrap();
-                assert_eq!(price, price_of(&uv, &cut, surface, 1.05, scratch.frame()).unwrap());
+                assert_eq!(price, price_of(&uv, &cut, surface, &budget, scratch.frame()).unwrap());
                 (price, cut)
             };
             let prices = [0, 2, 6].map(&mut best);

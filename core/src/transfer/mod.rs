@@ -3,7 +3,7 @@
 //! - [`closest`]: closest points; [`source`]: the atlas that is carried over; [`mod@arcs`]: its borders
 //! - [`routes`]: those borders on the other mesh; [`sheets`]: which chart each face is; [`targets`]: where its nodes go
 //! - [`untangle`], [`clear`]: no face turned over, none on another
-//! - [`report`], [`onto`]: the whole
+//! - [`twin_mesh`]: what needs none of that; [`report`], [`onto`]: the whole
 
 pub mod arcs;
 pub mod clear;
@@ -14,4 +14,5 @@ pub mod routes;
 pub mod sheets;
 pub mod source;
 pub mod targets;
+pub mod twin_mesh;
 pub mod untangle;

@@ -11,7 +11,7 @@ pub struct TransferReport {
     pub source_charts: usize,
     /// Those of them that the mesh has.
     pub charts: usize,
-    /// Connected regions that they are on the mesh: as many as charts, unless some fell apart.
+    /// Pieces that hang together in UV: as many as charts, unless some fell apart.
     pub regions: usize,
     /// Faces of the source that are turned over against the rest of their chart.
     pub source_flipped: usize,
@@ -29,6 +29,8 @@ pub struct TransferReport {
     pub distance: f64,
     /// Largest side of the source's box, in the user's units.
     pub extent: f64,
+    /// Whether the mesh is the source but for numbering and winding, and its UVs were copied as they are.
+    pub copied: bool,
 }
 
 /// Why there is no atlas. Outputs are unspecified.
@@ -53,6 +55,18 @@ pub enum TransferError {
         distance: f64,
         /// Largest side of the source's box.
         extent: f64,
+    },
+    /// The mesh faces the other way than the source.
+    Reversed {
+        /// Share of its area that does.
+        share: f64,
+    },
+    /// Charts of the source lie upon one another.
+    Stacked {
+        /// Faces that overlap another.
+        faces: usize,
+        /// Faces.
+        of: usize,
     },
     /// An output has not one entry for each that is written to it.
     Length {
@@ -86,6 +100,8 @@ impl core::fmt::Display for TransferError {
             TransferError::Apart { distance, extent } => {
                 write!(f, "the surfaces are {distance} apart on the mean, at a size of {extent}")
             }
+            TransferError::Reversed { share } => write!(f, "{:.0} % of the mesh faces the other way", 100.0 * share),
+            TransferError::Stacked { faces, of } => write!(f, "{faces} of {of} faces of the atlas lie upon others"),
             TransferError::Length { expected, given } => write!(f, "{expected} entries expected, {given} given"),
         }
     }

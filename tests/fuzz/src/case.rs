@@ -2,6 +2,7 @@
 
 use crate::bytes::Bytes;
 use glam::{DVec2, DVec3};
+use seamwright_core::mesh::cracks::Weld;
 use seamwright_core::pipeline::{Charts, Input, Packing, Settings, Snap, Straighten, CountedWork};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
@@ -159,6 +160,7 @@ pub fn settings(bytes: &mut Bytes, is_wild: bool) -> Settings {
         hard_edges: bytes.pick(&[HardEdges::Prefer, HardEdges::Require, HardEdges::Off]),
         prefer: bytes.pick(&[Prefer::Balance, Prefer::Seams, Prefer::Fill]),
         search: bytes.pick(&[0, 1, 3]),
+        weld: bytes.pick(&[Weld::Equal, Weld::Auto, Weld::Within(1e-3), Weld::Within(0.5)]),
         straighten: bytes.pick(&[Straighten::Auto, Straighten::Off]),
         snap: bytes.pick(&[Snap::Off, Snap::Texel]),
         seed: u64::from(bytes.byte()),

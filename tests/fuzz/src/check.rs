@@ -5,8 +5,9 @@ use glam::DVec2;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::measure::{Metrics, measure, measure_need};
+use seamwright_core::mesh::cracks::Weld;
 use seamwright_core::mesh::polygons::Polygons;
-use seamwright_core::mesh::repair::{Facing, repair, repair_need};
+use seamwright_core::mesh::repair::{Facing, repair_welding, repair_welding_need};
 use seamwright_core::pipeline::Report;
 
 /// Share of the mean area below which a face has none to speak of, and may have turned over on the grid.
@@ -37,7 +38,7 @@ impl Made {
 }
 
 /// Stops the run where the atlas is not valid.
-pub fn valid(case: &Case, made: &Made, report: &Report) {
+pub fn valid(case: &Case, made: &Made, report: &Report, weld: Weld) {
     let grid = f64::from(1 << 24);
     let is_placed = |x: f64| (0.0..=1.0).contains(&x) && (x * grid).fract() == 0.0;
     assert!(made.corner_uv.iter().all(|uv| is_placed(uv.x) && is_placed(uv.y)), "a UV beside the grid or the square");
@@ -46,18 +47,18 @@ pub fn valid(case: &Case, made: &Made, report: &Report) {
     assert!(made.polygon_chart.iter().all(is_chart), "a chart that is none");
     assert_eq!(report.overlapping, 0, "overlaps by the report");
     assert!(report.distortion >= 1.0 - 1e-9 || report.distortion.is_nan(), "distortion {}", report.distortion);
-    judged(case, made);
+    judged(case, made, weld);
     judged_whole(case, made);
 }
 
 /// Flips, overlaps and disks by core's judge, of the repaired mesh with the atlas on it.
-fn judged(case: &Case, made: &Made) {
+fn judged(case: &Case, made: &Made, weld: Weld) {
     let Case { positions, corners, polygon_start, kept_uv, .. } = case;
     let kept_uv = kept_uv.as_deref();
     let polygons = Polygons { positions, corners, polygon_start, kept_uv };
-    let mut bytes = vec![0; repair_need(&polygons.counts())];
+    let mut bytes = vec![0; repair_welding_need(&polygons.counts(), weld)];
     let mut scratch = Scratch::new(&mut bytes);
-    let (working, repaired) = repair(&polygons, Facing::Turned, &mut scratch).expect("it was repaired before");
+    let (working, repaired) = repair_welding(&polygons, Facing::Turned, weld, &mut scratch).expect("it was repaired before");
     let uv: Vec<DVec2> = working.corner_source.iter().map(|c| made.corner_uv[*c as usize]).collect();
     let mesh = UvMesh { positions: working.positions, triangles: working.faces, corner_uv: uv.as_chunks::<3>().0 };
     let area = |f: usize| {

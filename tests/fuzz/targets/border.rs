@@ -4,6 +4,7 @@
 
 use glam::DVec2;
 use libfuzzer_sys::fuzz_target;
+use seamwright_core::mesh::cracks::Weld;
 use seamwright_core::pipeline::Report;
 use seamwright_ffi::*;
 use seamwright_fuzz::bytes::Bytes;
@@ -104,7 +105,7 @@ fuzz_target!(|bytes: &[u8]| {
         }
         if code == SEAMWRIGHT_OK && broken == 0 {
             let (distortion, chart_count) = (report.distortion, report.chart_count);
-            valid(&case, &made, &Report { distortion, chart_count, ..Report::default() });
+            valid(&case, &made, &Report { distortion, chart_count, ..Report::default() }, Weld::Equal);
             again(&case, &made, &options, 2 * need);
         }
         break;

@@ -35,7 +35,7 @@ fuzz_target!(|bytes: &[u8]| {
         };
         let scratch = Scratch::new(&mut memory);
         match unwrap(output, &case.input(), &settings, &BinnedBuilder, scratch, &Serial, &mut Silent) {
-            Ok(report) if is_sound => valid(&case, &made, &report),
+            Ok(report) if is_sound => valid(&case, &made, &report, settings.weld),
             Err(UnwrapError::Scratch(e)) if e.need < MOST => {
                 need *= 2;
                 continue;
