@@ -259,7 +259,7 @@ fn what_breaks_a_rule_by_a_step_is_refused_with_its_face_and_its_reason() {
     for name in ["gear.obj", "cube.obj"] {
         let (sound, input) = (Sound::of(name), load(&fixture(name)).expect("a fixture"));
         let judge =
-            |mesh: &Mesh| verdict(mesh, Rules { squares: None, gap: Some(GAP), input: Some(input.mesh()), weld: None });
+            |mesh: &Mesh| verdict(mesh, Rules { gap: Some(GAP), input: Some(input.mesh()), ..Rules::default() });
         assert_eq!(judge(&sound.mesh).faults, [], "{name}");
         assert_eq!(judge(&sound.mesh).charts, sound.charts.len(), "{name}");
         for (kind, change, is_meant) in &kinds {

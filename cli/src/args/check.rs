@@ -27,6 +27,9 @@ pub struct CheckArgs {
     /// are one
     #[arg(long, value_name = "SHARE", value_parser = crack)]
     pub weld: Option<f64>,
+    /// Charts may lie on others as a whole, mirrored too, or one square to the right, as unwrap --stack lays them
+    #[arg(long)]
+    pub stacked: bool,
     /// What standard input holds, where a file is -
     #[arg(long, value_name = "FORMAT", value_parser = FORMATS)]
     pub format: Option<String>,

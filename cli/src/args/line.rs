@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn settings_become_the_words_that_they_came_from() {
-        let words = "--distortion 1.07 --charts one --straighten off --packing grid --prefer fill --hard-edges off --size 2048 --padding 7 --rays 9 --search 4 --seed 3 --weld 0.001";
+        let words = "--distortion 1.07 --charts one --straighten off --snap off --stack mirrored --stack-offset 1 --packing grid --prefer fill --hard-edges off --size 2048 --padding 7 --rays 9 --search 4 --seed 3 --weld 0.001";
         let words: Vec<&str> = words.split(' ').collect();
         let line = CommandLine::parse_from(["seamwright", "batch", "a.obj", "-o", "b"].iter().chain(&words));
         let Command::Batch(args) = line.command else { unreachable!("batch was parsed") };

@@ -22,6 +22,12 @@ pub struct SettingsArgs {
     /// Whether straight borders lie on the edges of texels
     #[arg(long, value_enum, default_value_t = SnapArg::Off)]
     pub snap: SnapArg,
+    /// Whether pieces of the same shape share their texels
+    #[arg(long, value_enum, default_value_t = StackArg::Off)]
+    pub stack: StackArg,
+    /// Lay all but the first of a stack so many squares to the right, as bakers of normal maps want it
+    #[arg(long, value_name = "SQUARES", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1))]
+    pub stack_offset: u32,
     /// How charts are placed
     #[arg(long, value_enum, default_value_t = PackingArg::Tight)]
     pub packing: PackingArg,
@@ -84,6 +90,17 @@ pub enum SnapArg {
     Texel,
 }
 
+/// Whether pieces of the same shape share their texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum StackArg {
+    /// Each has its own
+    Off,
+    /// Those that are the same but for where they are and how they are turned lie over one another
+    Same,
+    /// Mirror images too; their UVs are mirrored
+    Mirrored,
+}
+
 /// How charts are placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PackingArg {
@@ -142,6 +159,8 @@ impl SettingsArgs {
             charts,
             straighten,
             snap,
+            stack,
+            stack_offset,
             packing,
             prefer,
             hard_edges,
@@ -162,6 +181,8 @@ impl SettingsArgs {
             ("--charts", name(charts)),
             ("--straighten", name(straighten)),
             ("--snap", name(snap)),
+            ("--stack", name(stack)),
+            ("--stack-offset", stack_offset.to_string()),
             ("--packing", name(packing)),
             ("--prefer", name(prefer)),
             ("--hard-edges", name(hard_edges)),
@@ -201,6 +222,12 @@ impl SettingsArgs {
                 SnapArg::Off => pipeline::Snap::Off,
                 SnapArg::Texel => pipeline::Snap::Texel,
             },
+            stack: match self.stack {
+                StackArg::Off => pipeline::Stacking::Off,
+                StackArg::Same => pipeline::Stacking::Same,
+                StackArg::Mirrored => pipeline::Stacking::Mirrored,
+            },
+            stack_offset: self.stack_offset,
             packing: match self.packing {
                 PackingArg::Tight => pipeline::Packing::Tight,
                 PackingArg::Grid => pipeline::Packing::Grid,

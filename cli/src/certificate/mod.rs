@@ -7,6 +7,7 @@
 //! - `rings`, `tiles`: polygons without what has no place in the plane, and the triangles that they are in UV
 //! - `facing`: faces that their neighbours outvote
 //! - `charts`, `gutters`: what hangs together, and how far apart it is kept
+//! - `stacks`: charts that lie on others as a whole
 //! - `same`: whether a mesh is another with other UVs
 //! - [`fault`], [`verdict`]: what can be wrong, and the whole
 
@@ -19,5 +20,6 @@ mod gutters;
 mod planar;
 mod rings;
 mod same;
+mod stacks;
 mod tiles;
 pub mod verdict;

@@ -15,6 +15,7 @@ use super::gutters::{self, Side};
 use super::planar::interiors_meet;
 use super::rings::{places, reduced, unpinched};
 use super::same;
+use super::stacks::{moved_back, stacked};
 use super::tiles::tiles;
 use crate::mesh::polygons::Mesh;
 use glam::{DVec2, DVec3};
@@ -36,6 +37,9 @@ pub struct Rules<'a> {
     pub weld: Option<f64>,
     /// The mesh that was unwrapped.
     pub input: Option<&'a Mesh>,
+    /// Whether charts may lie on others as a whole, mirrored too, and one square to the right: one of them is judged, the others have to
+    /// coincide with it.
+    pub stacks: bool,
 }
 
 /// What was found.
@@ -49,8 +53,10 @@ pub struct Verdict {
     pub flat: usize,
     /// Those that face the other way than their neighbours, and are judged as these face.
     pub turned: usize,
-    /// Sets of faces that hang together in UV.
+    /// Sets of faces that hang together in UV, but for those that lie on others.
     pub charts: usize,
+    /// Faces of charts that lie on others.
+    pub stacked: usize,
 }
 
 /// Decides whether the UVs of `mesh` keep the rules.
@@ -59,7 +65,8 @@ pub fn verdict(mesh: &Mesh, rules: Rules) -> Verdict {
     if let Some(input) = rules.input {
         same::check(input, mesh, MOST, &mut verdict.faults);
     }
-    let Some(uv) = &mesh.corner_uv else {
+    let back = mesh.corner_uv.as_deref().filter(|_| rules.stacks).map(moved_back);
+    let Some(uv) = back.as_ref().or(mesh.corner_uv.as_ref()) else {
         verdict.faults.extend((0..mesh.polygon_count().min(MOST)).map(|p| Fault::Unmapped(p as u32)));
         return verdict;
     };
@@ -79,6 +86,9 @@ pub fn verdict(mesh: &Mesh, rules: Rules) -> Verdict {
         if verdict.faults.len() >= MOST {
             return verdict;
         }
+    }
+    if rules.stacks {
+        verdict.stacked = leave_out(&mut faces, &mut rings, uv, &wedge);
     }
     let areas: Vec<f64> = rings.iter().map(|ring| area(mesh, ring).0).collect();
     let turned = turned(&rings, &place, &wedge, &areas);
@@ -108,6 +118,16 @@ pub fn verdict(mesh: &Mesh, rules: Rules) -> Verdict {
         gutters::check(&sides, gap, MOST, &mut verdict.faults);
     }
     verdict
+}
+
+/// Takes out the faces whose charts lie on others; how many.
+fn leave_out(faces: &mut Vec<u32>, rings: &mut Vec<Vec<u32>>, uv: &[DVec2], wedge: &[u32]) -> usize {
+    let lies_on = stacked(rings, uv, wedge);
+    let mut marks = lies_on.iter();
+    faces.retain(|_| marks.next() == Some(&false));
+    let mut marks = lies_on.iter();
+    rings.retain(|_| marks.next() == Some(&false));
+    lies_on.iter().filter(|on| **on).count()
 }
 
 struct Plane<'a> {

@@ -33,6 +33,7 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
         gap: args.size.zip(args.padding).map(|(size, padding)| Texels { size, padding }),
         weld: args.weld,
         input: input.as_ref().map(|input| input.mesh()),
+        stacks: args.stacked,
     };
     let found = verdict(loaded.polygons()?, rules);
     let mut lines = lines(&found.faults, rules.input, &loaded).into_iter().map(|line| format!("{name}: {line}"));
@@ -40,8 +41,9 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
     if found.faults.is_empty() {
         let told = |count: usize, what: &str| if count == 0 { String::new() } else { format!(", {count} {what}") };
         let (flat, turned) = (told(found.flat, "without area"), told(found.turned, "turned against their neighbours"));
+        let stacked = told(found.stacked, "of charts that lie on others");
         lines.push(format!(
-            "{name}: every rule is kept by {}{flat}{turned} in {}",
+            "{name}: every rule is kept by {}{flat}{turned}{stacked} in {}",
             counted(found.faces, "polygon"),
             counted(found.charts, "chart")
         ));

@@ -122,6 +122,7 @@ fn record(name: &str, m: &Metrics, weighting: Option<Weighting>, polygon: &[u32]
         grid_bits: e.grid_bits,
         overlapping_faces: e.overlapping_faces,
         overlapping_charts: e.overlapping_charts,
+        stacked_charts: m.stacked.charts,
         overlap_examples: e.examples[..e.examples.len().min(e.overlapping_faces)].to_vec(),
         exact_flipped_faces: e.flipped_faces,
         exact_zero_faces: e.zero_faces,

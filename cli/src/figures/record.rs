@@ -72,6 +72,7 @@ pub struct AtlasRecord {
     pub grid_bits: i32,
     pub overlapping_faces: usize,
     pub overlapping_charts: usize,
+    pub stacked_charts: usize,
     pub overlap_examples: Vec<[u32; 2]>,
     pub exact_flipped_faces: usize,
     pub exact_zero_faces: usize,

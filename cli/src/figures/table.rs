@@ -54,6 +54,7 @@ const COLUMNS: &[Column] = &[
     column("mirrored", Cell::Count(|r| r.mirrored_charts)),
     column("flipped", Cell::Count(|r| r.exact_flipped_faces)),
     column("overlapping", Cell::Count(|r| r.overlapping_faces)),
+    column("stacked", Cell::Count(|r| r.stacked_charts)),
     column("conf", Cell::Real(3, |r| r.conformality)),
     column("equi", Cell::Real(3, |r| r.equiareality)),
     column("sd/4", Cell::Real(4, |r| r.symmetric_dirichlet / 4.0)),

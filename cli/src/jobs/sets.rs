@@ -121,6 +121,7 @@ impl<'a> Joined<'a> {
         all.flipped += own.flipped;
         all.overlapping += own.overlapping;
         all.closed_breaks += own.closed_breaks;
+        all.stacked += own.stacked;
         all.repaired = sum(&all.repaired, &own.repaired);
         self.area += area;
         self.sets += 1;

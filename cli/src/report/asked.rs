@@ -4,7 +4,7 @@ use crate::args::method::MethodArg;
 use crate::args::settings::work_words;
 use crate::formats::loaded::Loaded;
 use seamwright_core::mesh::cracks::Weld;
-use seamwright_core::pipeline::{Charts, CountedWork, Packing, Settings, Snap, Straighten};
+use seamwright_core::pipeline::{Charts, CountedWork, Packing, Settings, Snap, Stacking, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
 use serde::Serialize;
@@ -33,6 +33,8 @@ pub struct SettingsReport {
     pub charts: &'static str,
     pub straighten: &'static str,
     pub snap: &'static str,
+    pub stack: &'static str,
+    pub stack_offset: u32,
     pub packing: &'static str,
     pub prefer: &'static str,
     pub hard_edges: &'static str,
@@ -83,6 +85,12 @@ impl SettingsReport {
                 Snap::Off => "off",
                 Snap::Texel => "texel",
             },
+            stack: match settings.stack {
+                Stacking::Off => "off",
+                Stacking::Same => "same",
+                Stacking::Mirrored => "mirrored",
+            },
+            stack_offset: settings.stack_offset,
             packing: match settings.packing {
                 Packing::Tight => "tight",
                 Packing::Grid => "grid",

@@ -20,6 +20,8 @@ pub struct ResultReport {
     pub flipped: usize,
     /// Faces that overlap another in UV.
     pub overlapping: usize,
+    /// Charts that lie on others on purpose.
+    pub stacked: usize,
     /// Edges that are cut though a weight forbids it.
     pub forbidden_cuts: usize,
     /// Closed cracks that are cut all the same, since the shading breaks there.
@@ -77,6 +79,7 @@ impl ResultReport {
             utilisation: report.utilisation,
             flipped: report.flipped,
             overlapping: report.overlapping,
+            stacked: report.stacked,
             forbidden_cuts: report.forbidden_cuts,
             closed_breaks: report.closed_breaks,
             repaired: RepairReport::from(&report.repaired),

@@ -59,7 +59,8 @@
 // `rays` is not from 1 to 65536.
 #define SEAMWRIGHT_BAD_RAYS 11
 
-// `charts`, `packing`, `hard_edges`, `prefer` or `straighten` is none of their constants, or `weld` neither its own nor 0 to 0.01.
+// `charts`, `packing`, `hard_edges`, `prefer`, `straighten` or `stack` is none of their constants, `stack_offset` above 1, or `weld` neither its
+// own nor 0 to 0.01.
 #define SEAMWRIGHT_BAD_CHOICE 12
 
 // More scratch memory is needed. `detail`: bytes to try next, which changes no bit of the result; 0: no amount would do.
@@ -123,6 +124,15 @@
 
 // For `weld`: cracks of the width that is found in the mesh are closed.
 #define SEAMWRIGHT_WELD_AUTO -1.0
+
+// Every piece has texels of its own.
+#define SEAMWRIGHT_STACK_OFF 0
+
+// Pieces that are the same shape moved lie over one another.
+#define SEAMWRIGHT_STACK_SAME 1
+
+// Mirror images do too; their UVs are mirrored.
+#define SEAMWRIGHT_STACK_MIRRORED 2
 
 // The edge is a cut whatever it costs.
 #define SEAMWRIGHT_EDGE_CUT 1
@@ -244,6 +254,10 @@ typedef struct SeamwrightOptions {
     // Cracks up to this share of the mesh's diagonal are closed in the working copy; SEAMWRIGHT_WELD_AUTO: of the width that is
     // found in the mesh. 0: none.
     double weld;
+    // SEAMWRIGHT_STACK_...: whether pieces that are alike share texels.
+    uint32_t stack;
+    // 1: all but the first of a stack lie one square to the right; 0: upon one another.
+    uint32_t stack_offset;
 } SeamwrightOptions;
 
 // Where the atlas is written. After an error its contents are unspecified.

@@ -29,7 +29,8 @@ pub const SEAMWRIGHT_BAD_DISTORTION: i32 = 9;
 pub const SEAMWRIGHT_BAD_SIZE: i32 = 10;
 /// `rays` is not from 1 to 65536.
 pub const SEAMWRIGHT_BAD_RAYS: i32 = 11;
-/// `charts`, `packing`, `hard_edges`, `prefer` or `straighten` is none of their constants, or `weld` neither its own nor 0 to 0.01.
+/// `charts`, `packing`, `hard_edges`, `prefer`, `straighten` or `stack` is none of their constants, `stack_offset` above 1, or `weld` neither its
+/// own nor 0 to 0.01.
 pub const SEAMWRIGHT_BAD_CHOICE: i32 = 12;
 /// More scratch memory is needed. `detail`: bytes to try next, which changes no bit of the result; 0: no amount would do.
 pub const SEAMWRIGHT_SCRATCH: i32 = 13;
@@ -68,7 +69,9 @@ fn message(code: i32) -> &'static CStr {
         SEAMWRIGHT_BAD_DISTORTION => c"the bound on distortion must be a number above 1",
         SEAMWRIGHT_BAD_SIZE => c"the size must be from 16 to 65536, the padding a quarter of it at the most",
         SEAMWRIGHT_BAD_RAYS => c"the number of rays must be from 1 to 65536",
-        SEAMWRIGHT_BAD_CHOICE => c"charts, packing, hard_edges, prefer, straighten or weld is none of the known values",
+        SEAMWRIGHT_BAD_CHOICE => {
+            c"charts, packing, hard_edges, prefer, straighten, stack, stack_offset or weld is none of the known values"
+        }
         SEAMWRIGHT_SCRATCH => c"more scratch memory is needed",
         SEAMWRIGHT_CANCELLED => c"stopped on request",
         SEAMWRIGHT_OVERLAP => c"faces of the atlas still overlap after all attempts",

@@ -43,7 +43,7 @@ macro_rules! growing {
 
 growing! {
     SeamwrightMesh: parts, tolerance;
-    SeamwrightOptions: effort, weld;
+    SeamwrightOptions: effort, stack_offset;
     SeamwrightAtlas: exposure, exposure;
     SeamwrightReport: detail, closed_edges;
     SeamwrightFigures: detail, sharp_seam_cover;

@@ -28,6 +28,12 @@ pub const SEAMWRIGHT_STRAIGHTEN_AUTO: u32 = 0;
 pub const SEAMWRIGHT_STRAIGHTEN_OFF: u32 = 1;
 /// For `weld`: cracks of the width that is found in the mesh are closed.
 pub const SEAMWRIGHT_WELD_AUTO: f64 = -1.0;
+/// Every piece has texels of its own.
+pub const SEAMWRIGHT_STACK_OFF: u32 = 0;
+/// Pieces that are the same shape moved lie over one another.
+pub const SEAMWRIGHT_STACK_SAME: u32 = 1;
+/// Mirror images do too; their UVs are mirrored.
+pub const SEAMWRIGHT_STACK_MIRRORED: u32 = 2;
 /// The edge is a cut whatever it costs.
 pub const SEAMWRIGHT_EDGE_CUT: u8 = 1;
 /// The shading breaks at the edge: a border of smoothing groups, a sharp edge.
@@ -100,6 +106,10 @@ pub struct SeamwrightOptions {
     /// Cracks up to this share of the mesh's diagonal are closed in the working copy; SEAMWRIGHT_WELD_AUTO: of the width that is
     /// found in the mesh. 0: none.
     pub weld: f64,
+    /// SEAMWRIGHT_STACK_...: whether pieces that are alike share texels.
+    pub stack: u32,
+    /// 1: all but the first of a stack lie one square to the right; 0: upon one another.
+    pub stack_offset: u32,
 }
 
 /// Where the atlas is written. After an error its contents are unspecified.

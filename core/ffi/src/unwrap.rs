@@ -8,7 +8,7 @@ use crate::surface::{Starts, Surface};
 use crate::types::*;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::mesh::cracks::Weld;
-use seamwright_core::pipeline::{self, Charts, Input, Output, Packing, Settings, Straighten};
+use seamwright_core::pipeline::{self, Charts, Input, Output, Packing, Settings, Stacking, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
 use seamwright_core::rays::binned::BinnedBuilder;
@@ -191,6 +191,15 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         share if share > 0.0 && share <= MOST_WELD => Weld::Within(share),
         _ => return none_of_them,
     };
+    let stack = match options.stack {
+        SEAMWRIGHT_STACK_OFF => Stacking::Off,
+        SEAMWRIGHT_STACK_SAME => Stacking::Same,
+        SEAMWRIGHT_STACK_MIRRORED => Stacking::Mirrored,
+        _ => return none_of_them,
+    };
+    if options.stack_offset > 1 {
+        return none_of_them;
+    }
     let settings = Settings {
         distortion,
         charts,
@@ -201,6 +210,8 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         rays,
         straighten,
         weld,
+        stack,
+        stack_offset: options.stack_offset,
         hard_edges,
         prefer,
         search,
@@ -233,7 +244,7 @@ mod tests {
             settings(&options)
         };
         type Case = (fn(&mut SeamwrightOptions), fn(&mut Settings));
-        let cases: [Case; 10] = [
+        let cases: [Case; 13] = [
             (|o| o.charts = SEAMWRIGHT_CHARTS_ONE, |s| s.charts = Charts::One),
             (|o| o.packing = SEAMWRIGHT_PACKING_GRID, |s| s.packing = Packing::Grid),
             (|o| o.hard_edges = SEAMWRIGHT_HARD_EDGES_REQUIRE, |s| s.hard_edges = HardEdges::Require),
@@ -244,13 +255,16 @@ mod tests {
             (|o| o.search = 7, |s| s.search = 7),
             (|o| o.weld = 1e-4, |s| s.weld = Weld::Within(1e-4)),
             (|o| o.weld = SEAMWRIGHT_WELD_AUTO, |s| s.weld = Weld::Auto),
+            (|o| o.stack = SEAMWRIGHT_STACK_SAME, |s| s.stack = Stacking::Same),
+            (|o| o.stack = SEAMWRIGHT_STACK_MIRRORED, |s| s.stack = Stacking::Mirrored),
+            (|o| o.stack_offset = 1, |s| s.stack_offset = 1),
         ];
         for (choose, same) in cases {
             let mut expected = Settings::default();
             same(&mut expected);
             assert_eq!(text(chosen(choose)), text(Ok(expected)));
         }
-        let beyond: [fn(&mut SeamwrightOptions); 7] = [
+        let beyond: [fn(&mut SeamwrightOptions); 9] = [
             |o| o.charts = 2,
             |o| o.packing = 2,
             |o| o.hard_edges = 3,
@@ -258,6 +272,8 @@ mod tests {
             |o| o.straighten = 2,
             |o| o.weld = 0.1,
             |o| o.weld = f64::NAN,
+            |o| o.stack = 3,
+            |o| o.stack_offset = 2,
         ];
         for choose in beyond {
             assert_eq!(chosen(choose).err(), Some(Fault::new(SEAMWRIGHT_BAD_CHOICE)));

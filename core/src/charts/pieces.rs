@@ -152,6 +152,36 @@ impl<'a> Pieces<'a> {
         Pieces { cost, ..*self }
     }
 
+    /// Those of the pieces that are `wanted`, in their order.
+    pub fn only<'k>(
+        &self,
+        wanted: impl Fn(usize) -> bool,
+        keep: &mut Scratch<'k>,
+    ) -> Result<Pieces<'k>, ScratchTooSmall> {
+        let chosen = || (0..self.count()).filter(|p| wanted(*p));
+        let count: usize = chosen().map(|p| self.corners(p).len() / 3).sum();
+        let (starts, vertices) = (chosen().count() + 1, chosen().map(|p| self.vertex_count(p)).sum());
+        let (face_start, vertex_start) = (keep.take::<u32>(starts)?, keep.take::<u32>(starts)?);
+        let (faces, positions) = (keep.take::<[u32; 3]>(count)?, keep.take::<DVec3>(vertices)?);
+        let (twin, source) = (keep.take::<u32>(3 * count)?, keep.take::<u32>(3 * count)?);
+        let (rest, cost) = (keep.take::<Rest>(count)?, keep.take::<f64>(3 * count)?);
+        let (mut face, mut vertex) = (0, 0);
+        for (i, p) in chosen().enumerate() {
+            let corners = self.corners(p);
+            let (f, n) = (corners.len() / 3, self.vertex_count(p));
+            let surface = self.bare_surface(p);
+            faces[face..face + f].copy_from(surface.mesh.faces);
+            rest[face..face + f].copy_from(surface.rest);
+            positions[vertex..vertex + n].copy_from(surface.mesh.positions);
+            twin[3 * face..3 * (face + f)].copy_from(surface.twin);
+            cost[3 * face..3 * (face + f)].copy_from(surface.cost);
+            source[3 * face..3 * (face + f)].copy_from(&self.source[corners]);
+            (face, vertex) = (face + f, vertex + n);
+            (face_start[i + 1], vertex_start[i + 1]) = (face as u32, vertex as u32);
+        }
+        Ok(Pieces { face_start, vertex_start, faces, positions, twin, rest, cost, source })
+    }
+
     /// Piece `p` as a surface without the list of its vertices' corners: enough for wedges and charts.
     pub fn bare_surface(&self, p: usize) -> Surface<'_> {
         let corners = self.corners(p);

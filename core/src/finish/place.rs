@@ -134,7 +134,7 @@ pub fn place(
 ) -> Result<PlaceSummary, PlaceError> {
     let Maps { uv, cut } = maps;
     let AtlasOutput { corner_uv, polygon_chart } = out;
-    let faces = placing.working.faces.len();
+    let faces = placing.pieces.rest().len();
     // What is placed is made an atlas; only improvements of the packing may be broken off.
     let alarm = scratch.alarm();
     let mut scratch = scratch.quiet();
@@ -229,8 +229,9 @@ struct Numbers<'f> {
 impl<'f> Numbers<'f> {
     fn new(cut: &[u8], placing: &Placing, keep: &mut Scratch<'f>) -> Result<Self, ScratchTooSmall> {
         let Placing { pieces, working, parts, .. } = *placing;
-        let node = keep.take::<[u32; 3]>(working.faces.len())?;
-        let chart = keep.take::<u32>(working.faces.len())?;
+        let faces = pieces.rest().len();
+        let node = keep.take::<[u32; 3]>(faces)?;
+        let chart = keep.take::<u32>(faces)?;
         let (nodes, charts) = number(node, chart, cut, pieces, keep.frame())?;
         if let Some(parts) = parts {
             let polygon = |f: usize| working.polygon[pieces.source[3 * f] as usize / 3] as usize;

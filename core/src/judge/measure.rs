@@ -10,6 +10,7 @@ use super::distortion::{Distortion, Sound, distortion, distortion_need};
 use super::facing::{find_turned, find_turned_need};
 use super::input::{UvBox, UvMesh, areas, areas_need};
 use super::seams::{Seams, seams, seams_need};
+use super::stacks::{Stacked, find_stacked, find_stacked_need};
 use super::wedges::{UvTopology, uv_topology, uv_topology_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Serial;
@@ -48,6 +49,8 @@ pub struct Metrics {
     pub coverage: Coverage,
     /// Overlaps and flips decided exactly.
     pub exact: Exact,
+    /// Charts that coincide with another, face by face: they count as no overlap, and texels under them once.
+    pub stacked: Stacked,
     /// Chart areas and texel density.
     pub atlas: Atlas,
 }
@@ -111,13 +114,15 @@ impl core::error::Error for MeasureError {}
 
 /// Scratch bytes for [`measure`] with these counts: about 240 a triangle, or four a texel on top of 150.
 pub const fn measure_need(vertices: usize, faces: usize, resolution: u32) -> usize {
-    let kept = areas_need(faces) + uv_topology_need(vertices, faces) + bytes_for::<u8>(faces);
+    let kept = areas_need(faces) + uv_topology_need(vertices, faces) + 2 * bytes_for::<u8>(faces);
+    let covered = coverage_need(resolution).saturating_add(bytes_for::<[DVec2; 3]>(faces));
     let steps = [
         find_turned_need(faces),
         distortion_need(faces),
         charts_need(faces),
         seams_need(vertices),
-        coverage_need(resolution),
+        find_stacked_need(faces),
+        covered,
         exact_need(faces),
         atlas_need(faces),
     ];
@@ -151,6 +156,9 @@ pub fn measure(
         areas.solid.iter().enumerate().filter(|(f, _)| of(*f)).fold(0.0, |sum, (_, a)| sum + a)
     };
     let area = sum_where(&|_| true);
+    let stacked = scratch.take::<u8>(faces)?;
+    let bits = grid_bits(uv_box.map_or(0.0, |b| b.low.abs().max(b.high.abs()).max_element()));
+    let stacks = find_stacked(stacked, mesh, &topology, bits, scratch.frame())?;
     Ok(Metrics {
         vertices: topology.vertex_count,
         faces,
@@ -162,10 +170,11 @@ pub fn measure(
         charts: charts(&topology, areas, turned, sound, scratch.frame())?,
         seams: seams(mesh, &topology, area, exposure, scratch.frame())?,
         coverage: match uv_box {
-            Some(uv_box) => fitted_coverage(mesh, uv_box, resolution, scratch.frame())?,
+            Some(uv_box) => covered_once(mesh, stacked, uv_box, resolution, scratch.frame())?,
             None => Coverage { resolution, ..Coverage::default() },
         },
-        exact: exact(mesh, &topology, turned, uv_box, scratch.frame())?,
+        exact: exact(mesh, &topology, [turned, stacked], bits, scratch.frame())?,
+        stacked: stacks,
         atlas: atlas(&topology, areas, scratch.frame())?,
     })
 }
@@ -183,6 +192,24 @@ fn check(mesh: UvMesh, exposure: Option<&[f32]>) -> Result<(), MeasureError> {
     mesh.triangles.iter().position(bad).map_or(Ok(()), |triangle| Err(MeasureError::BadIndex { triangle }))
 }
 
+/// Coverage where charts that lie on others are left out.
+fn covered_once(
+    mesh: UvMesh,
+    stacked: &[u8],
+    uv_box: UvBox,
+    resolution: u32,
+    mut scratch: Scratch,
+) -> Result<Coverage, ScratchTooSmall> {
+    if !stacked.contains(&1) {
+        return fitted_coverage(mesh, uv_box, resolution, scratch);
+    }
+    let corner_uv = scratch.take::<[DVec2; 3]>(stacked.len())?;
+    for (f, uv) in corner_uv.iter_mut().enumerate() {
+        *uv = if stacked[f] == 0 { mesh.corner_uv[f] } else { [DVec2::NAN; 3] };
+    }
+    fitted_coverage(UvMesh { corner_uv, ..mesh }, uv_box, resolution, scratch)
+}
+
 const fn exact_need(faces: usize) -> usize {
     bytes_for::<GridTriangle>(faces)
         + bytes_for::<u32>(faces)
@@ -194,12 +221,10 @@ const fn exact_need(faces: usize) -> usize {
 fn exact(
     mesh: UvMesh,
     topology: &UvTopology,
-    turned: &[u8],
-    uv_box: Option<UvBox>,
+    [turned, stacked]: [&[u8]; 2], // (f)
+    bits: i32,
     mut scratch: Scratch,
 ) -> Result<Exact, ScratchTooSmall> {
-    let largest = uv_box.map_or(0.0, |b| b.low.abs().max(b.high.abs()).max_element());
-    let bits = grid_bits(largest);
     let mut out = Exact { grid_bits: bits, ..Exact::default() };
     let triangles = scratch.take::<GridTriangle>(mesh.triangles.len())?;
     mesh.mapped_faces().for_each(|f| triangles[f] = mesh.corner_uv[f].map(|uv: DVec2| GridPoint::snap(uv, bits)));
@@ -215,6 +240,9 @@ fn exact(
         out.flipped_faces += (area != 0 && area.signum() != chart.signum()) as usize;
     }
 
+    // What lies on another chart as a whole takes no part: nothing overlaps a triangle without area.
+    let hidden = triangles.iter_mut().zip(stacked).filter(|(_, stacked)| **stacked != 0);
+    hidden.for_each(|(t, _)| *t = GridTriangle::default());
     let partner = scratch.take::<u32>(triangles.len())?;
     out.overlapping_faces = overlaps(partner, triangles, scratch.frame(), &Serial)?;
     let pairs = partner.iter().enumerate().filter(|(_, p)| **p != NONE).map(|(f, p)| [f as u32, *p]);

@@ -13,4 +13,5 @@ pub mod input;
 pub mod measure;
 
 pub mod seams;
+pub mod stacks;
 pub mod wedges;

@@ -4,6 +4,7 @@ use super::early::complete;
 use super::pieces::unwrap_pieces;
 use super::report::UnwrapError;
 use crate::base::pace::{Halt, Marks, Pace};
+use crate::base::progress::{Progress, Stage};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::base::workers::Workers;
@@ -23,15 +24,23 @@ pub(super) struct ExactRun<'e> {
 }
 
 impl ExactRun<'_> {
-    /// Makes charts of all pieces: `uv` and `cut` have one entry a corner, in the order of the pieces. Where the stage ends early, what is
-    /// missing is made without a search.
-    pub fn run(
+    /// Runs up to a limit of counted work; returns after how much of it the stage ended early.
+    pub fn run_for(
         &self,
+        most: u64,
         uv: &mut [DVec2],
         cut: &mut [u8],
-        mut scratch: Scratch,
-        pace: &mut Pace,
-    ) -> Result<(), UnwrapError> {
+        scratch: Scratch,
+        progress: &mut dyn Progress,
+    ) -> Result<Option<u64>, UnwrapError> {
+        let mut pace = Pace::new(progress, Stage::Seams, most);
+        self.run(uv, cut, scratch, &mut pace)?;
+        Ok(pace.has_ended().then(|| pace.work()))
+    }
+
+    /// Makes charts of all pieces: `uv` and `cut` have one entry a corner, in the order of the pieces. Where the stage ends early, what is
+    /// missing is made without a search.
+    fn run(&self, uv: &mut [DVec2], cut: &mut [u8], mut scratch: Scratch, pace: &mut Pace) -> Result<(), UnwrapError> {
         let Self { placing, polishing, budget, kept, workers } = *self;
         let pieces = placing.pieces;
         let made = unwrap_pieces(uv, cut, kept, pieces, budget, scratch.frame(), workers, pace)?;

@@ -14,11 +14,12 @@ pub mod pieces;
 pub mod polygons;
 pub mod report;
 pub mod settings;
+mod stacks;
 mod tears;
 mod training;
 pub mod unwrap;
 
 pub use input::{Input, Output};
 pub use report::{Report, UnwrapError};
-pub use settings::{Charts, CountedWork, Packing, Settings, Snap, Straighten};
+pub use settings::{Charts, CountedWork, Packing, Settings, Snap, Stacking, Straighten};
 pub use unwrap::{Method, need_for, unwrap, unwrap_by, unwrap_need};

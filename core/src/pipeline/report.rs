@@ -20,6 +20,8 @@ pub struct Report {
     pub flipped: usize,
     /// Faces that overlap another on the grid: 0, or there is no atlas but one of [`super::unwrap::Method::Neural`].
     pub overlapping: usize,
+    /// Charts that lie on others on purpose, of all charts.
+    pub stacked: usize,
     /// Edges that are cut though a weight forbids them: without, a piece could not be laid flat.
     pub forbidden_cuts: usize,
     /// Closed cracks that are cut all the same, since the shading breaks there.

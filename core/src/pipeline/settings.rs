@@ -46,6 +46,18 @@ pub enum Snap {
     Texel,
 }
 
+/// Whether pieces that are alike share texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stacking {
+    /// Each has its own.
+    #[default]
+    Off,
+    /// Those that are the same shape moved lie over one another.
+    Same,
+    /// Mirror images do too.
+    Mirrored,
+}
+
 /// What the user can ask for.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -57,6 +69,10 @@ pub struct Settings {
     pub straighten: Straighten,
     /// Whether charts are fitted to texels.
     pub snap: Snap,
+    /// Whether pieces that are alike share texels.
+    pub stack: Stacking,
+    /// Units of the square by which all but the first of a stack lie to the right, as bakers of normal maps want it.
+    pub stack_offset: u32,
     /// Placement.
     pub packing: Packing,
     /// Texture side in texels, for the padding.
@@ -116,6 +132,8 @@ impl Default for Settings {
             charts: Charts::Few,
             straighten: Straighten::Auto,
             snap: Snap::Off,
+            stack: Stacking::Off,
+            stack_offset: 0,
             packing: Packing::Tight,
             size: 1024,
             padding: 2,

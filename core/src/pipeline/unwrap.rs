@@ -1,6 +1,6 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
-use super::alike::price_alike;
+use super::alike::Alike;
 use super::exact::{ExactRun, Polishing};
 use super::exposure::{expose, share_exposure};
 use super::input::{Input, Output};
@@ -8,10 +8,9 @@ use super::kept::take_over;
 use super::learned::{hybrid, neural};
 use super::learning::{LearnScene, Learning};
 use super::report::{Report, UnwrapError};
-use super::settings::{Charts, CountedWork, Packing, Settings, Snap, Straighten};
-use crate::base::pace::Pace;
+use super::settings::{Charts, CountedWork, Packing, Settings, Snap, Stacking, Straighten};
 use crate::base::progress::{Progress, Stage, tell};
-use crate::base::scratch::{Scratch, bytes_for};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Workers;
 use crate::charts::copies::{Copies, copies_keep, copies_need};
 use crate::charts::pieces::{Pieces, pieces_need};
@@ -64,7 +63,8 @@ pub fn need_for(counts: &Counts, settings: &Settings, bvh: &dyn BuildBvh) -> usi
     let last = if settings.can_end_early() { last } else { 0 };
     let maps = 18 * 3 * triangles + 4096 + copies_keep(triangles);
     let stages = pieces.max(packing + 60 * 3 * triangles).max(copies_need(triangles));
-    let atlas = last + pieces_need(triangles) + maps + stages;
+    let originals = if settings.stack == Stacking::Off { 0 } else { pieces_need(triangles) };
+    let atlas = last + pieces_need(triangles) + originals + maps + stages;
     repair_welding_need(counts, settings.weld)
         .saturating_add(bytes_for::<DVec3>(vertices) + bytes_for::<f64>(3 * triangles) + bytes_for::<f32>(vertices))
         .saturating_add(rays.max(prices).max(atlas).max(fill_dropped_need(counts)))
@@ -123,18 +123,19 @@ pub fn unwrap_by(
     let tolerance = (input.tolerance / working.extent).max(repaired.crack_width) * own_frame.scale();
     let breaks = prices(cost, &working, &given, Rates { hard_edges, prefer, tolerance }, seen, scratch.frame())?;
     let mut frame = scratch.frame();
-    let forced = frame.take::<u8>(working.twin.len())?;
-    let closed_breaks = mark_forced(forced, &working, &given, Forcing::new(input.parts, hard_edges, breaks));
-    let pieces = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
+    let forcing = Forcing::new(input.parts, hard_edges, breaks);
+    let (pieces, closed_breaks) = lay_out(&working, &given, forcing, cost, &mut frame)?;
     let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
     let cut = frame.take::<u8>(working.twin.len())?;
     let budget = budget(settings, input.parts.is_some());
-    let total = pieces.count();
-    let kept = frame.take::<u8>(total)?;
+    let kept = frame.take::<u8>(pieces.count())?;
     if let (Method::Exact, Some(kept_uv)) = (&method, input.kept_uv) {
         take_over(uv, kept, &pieces, &working, kept_uv, settings.distortion, frame.frame(), workers)?;
     }
-    let (pieces, copies) = price_alike(cost, kept, &pieces, tolerance, &mut frame)?;
+    let Alike { pieces, copies, stacks } = Alike::find(cost, uv, kept, &pieces, tolerance, settings, &mut frame)?;
+    let all_uv = uv;
+    let (uv, cut) = (&mut all_uv[..pieces.source.len()], &mut cut[..pieces.source.len()]);
+    let total = pieces.count();
     let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
     let place_of = |p: DVec3| own_frame.place((p - working.centre) / working.extent);
     let input_of = |p: DVec3| own_frame.back(p) * working.extent + working.centre;
@@ -147,12 +148,8 @@ pub fn unwrap_by(
     match method {
         Method::Exact => {
             let exact = ExactRun { placing: &placing, polishing, budget, kept, workers };
-            let mut pace = Pace::new(progress, Stage::Seams, settings.work.seams);
-            exact.run(uv, cut, frame.frame(), &mut pace)?;
-            if pace.has_ended() {
-                searched = Some(pace.work());
-                placing.packing.effort *= HURRIED;
-            }
+            searched = exact.run_for(settings.work.seams, uv, cut, frame.frame(), progress)?;
+            placing.packing.effort *= if searched.is_some() { HURRIED } else { 1.0 };
         }
         Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
         Method::Hybrid(learning) => {
@@ -164,12 +161,14 @@ pub fn unwrap_by(
     let forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
     tell(progress, Stage::Seams, total, total)?;
     let out = AtlasOutput { corner_uv: &mut *output.corner_uv, polygon_chart: output.polygon_chart };
-    let placed = place(out, Maps { uv, cut }, &placing, frame, workers, progress)?;
-    fill_dropped(output.corner_uv, &polygons, &working, scratch)?;
+    let mut placed = place(out, Maps { uv, cut }, &placing, frame.frame(), workers, progress)?;
+    let Output { corner_uv, polygon_chart, .. } = output;
+    let stacked = stacks.lay_on(corner_uv, polygon_chart, &mut placed, all_uv, &working, frame)?;
+    fill_dropped(corner_uv, &polygons, &working, scratch)?;
     let ended_early = CountedWork::of([exposed, searched, placed.steps]);
     let PlaceSummary { chart_count, distortion, utilisation, flipped, overlapping, .. } = placed;
     let figures = Report { chart_count, distortion, utilisation, flipped, overlapping, ..Report::default() };
-    Ok(Report { forbidden_cuts, closed_breaks, repaired, ended_early, ..figures })
+    Ok(Report { stacked, forbidden_cuts, closed_breaks, repaired, ended_early, ..figures })
 }
 
 /// What is placed, and how.
@@ -221,6 +220,19 @@ impl<'f> Forcing<'f> {
     fn new(parts: Option<&'f [u32]>, hard_edges: HardEdges, count: bool) -> Self {
         Self { parts, breaks: hard_edges == HardEdges::Require, closed_breaks: count }
     }
+}
+
+/// The pieces, whose borders are the cuts that there are whatever they cost, and how many of these are closed cracks.
+fn lay_out<'k>(
+    working: &Working,
+    given: &OnMesh,
+    forcing: Forcing,
+    cost: &[f64],
+    keep: &mut Scratch<'k>,
+) -> Result<(Pieces<'k>, usize), ScratchTooSmall> {
+    let forced = keep.take::<u8>(working.twin.len())?;
+    let closed_breaks = mark_forced(forced, working, given, forcing);
+    Ok((Pieces::new(working.mesh(), working.twin, forced, cost, keep)?, closed_breaks))
 }
 
 /// Marks the half-edges that are cut whatever it costs; returns how many edges are such as closed cracks.

@@ -10,12 +10,14 @@ use seamwright_core::judge::distortion::{Distortion, Worst};
 use seamwright_core::judge::input::UvBox;
 use seamwright_core::judge::measure::{Exact, Metrics};
 use seamwright_core::judge::seams::{SeamExposure, Seams};
+use seamwright_core::judge::stacks::Stacked;
 
 /// The hash of `metrics`.
 #[rustfmt::skip]
 pub fn hash(metrics: &Metrics) -> u64 {
     let Metrics {
-        vertices, faces, faces_without_uv, area, area_without_uv, uv_box, distortion, charts, seams, coverage, exact, atlas,
+        vertices, faces, faces_without_uv, area, area_without_uv, uv_box, distortion, charts, seams, coverage, exact,
+        stacked: Stacked { charts: stacked_charts, faces: stacked_faces }, atlas,
     } = *metrics;
     let hash = Hash::new().sizes([vertices, faces, faces_without_uv]).numbers([area, area_without_uv]);
     let hash = uv_box.into_iter().fold(hash, |hash, UvBox { low, high }| {
@@ -32,6 +34,8 @@ pub fn hash(metrics: &Metrics) -> u64 {
         .u32s([grid_bits as u32])
         .sizes([overlapping_faces, overlapping_charts, flipped_faces, zero_faces])
         .u32s(examples.into_iter().flatten());
+    // A mesh without stacks has the hash that it had before they were counted.
+    let hash = if stacked_charts > 0 { hash.sizes([stacked_charts, stacked_faces]) } else { hash };
     let Atlas {
         uv_area, smallest_chart, largest_chart, density_min, density_median, density_max, density_variation,
     } = atlas;

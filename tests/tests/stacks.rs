@@ -1,0 +1,116 @@
+//! Copies and mirror images laid over one another on purpose: fewer texels, no fault, and partial overlap stays one.
+
+use core::sync::atomic::AtomicBool;
+use glam::DVec2;
+use seamwright::certificate::verdict::{Rules, verdict};
+use seamwright::formats::loaded::load;
+use seamwright::mesh::polygons::Mesh;
+use seamwright::run::threads::Pool;
+use seamwright_core::base::progress::Silent;
+use seamwright_core::base::workers::{Serial, Workers};
+use seamwright_core::pipeline::{Input, Report, Settings, Stacking};
+use seamwright_tests::road::{Atlas, input, judge, run_told};
+use seamwright_tests::scenes::{Placed, Scene, scattered};
+use std::path::Path;
+
+/// An animal of 500 faces that no symmetry of its mesh maps to itself.
+fn body() -> Mesh {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/golden/quadruped.obj");
+    load(&file).expect("a fixture").mesh().clone()
+}
+
+fn scene(body: &Mesh, mirrored: &[bool]) -> Scene {
+    let bodies: Vec<Placed> = mirrored.iter().map(|m| Placed { mesh: body, mirrored: *m }).collect();
+    scattered(&bodies, 4, Some(6))
+}
+
+fn unwrapped(scene: &Scene, stack: Stacking, stack_offset: u32, workers: &dyn Workers) -> (Atlas, Report) {
+    let input = Input { tolerance: scene.mesh.tolerance, ..input(&scene.mesh) };
+    let settings = Settings { rays: 64, effort: 0.1, stack, stack_offset, ..Settings::default() };
+    run_told(&input, &settings, workers, 0, &mut Silent, &AtomicBool::new(false)).expect("an atlas")
+}
+
+/// UV of each corner of body `k`.
+fn uv_of(scene: &Scene, atlas: &Atlas, k: usize) -> Vec<DVec2> {
+    scene.corner_of[k].iter().map(|c| atlas.corner_uv[*c]).collect()
+}
+
+/// Texels that are used, over those of one body: how often its area fits into what charts cover.
+fn bodies_worth(body: &Mesh, scene: &Scene, atlas: &Atlas, report: &Report) -> f64 {
+    let uv = uv_of(scene, atlas, 0);
+    let doubled = |at: core::ops::Range<usize>| {
+        let points = &uv[at];
+        (0..points.len()).map(|i| points[i].perp_dot(points[(i + 1) % points.len()])).sum::<f64>()
+    };
+    report.utilisation / (0.5 * body.polygons().map(doubled).sum::<f64>())
+}
+
+#[test]
+fn four_copies_take_the_texels_of_one_and_lie_upon_it_corner_by_corner() {
+    let body = body();
+    let scene = scene(&body, &[false; 4]);
+    let (apart, stacked) =
+        (unwrapped(&scene, Stacking::Off, 0, &Serial), unwrapped(&scene, Stacking::Same, 0, &Serial));
+    let worth = |(atlas, report): &(Atlas, Report)| bodies_worth(&body, &scene, atlas, report);
+    let share = worth(&stacked) / worth(&apart);
+    assert!((share - 0.25).abs() <= 0.05 * 0.25, "{share}");
+    let (atlas, report) = &stacked;
+    for k in 1..4 {
+        assert_eq!(uv_of(&scene, atlas, k), uv_of(&scene, atlas, 0), "copy {k}");
+    }
+    let m = judge(&scene.mesh, atlas);
+    assert_eq!((m.exact.overlapping_faces, m.exact.flipped_faces, m.charts.mirrored), (0, 0, 0));
+    assert_eq!((report.chart_count, report.stacked), (m.charts.count, m.stacked.charts));
+    assert_eq!(4 * m.stacked.charts, 3 * m.charts.count);
+    assert!(report.distortion <= Settings::default().distortion, "{}", report.distortion);
+    for threads in [2, 7] {
+        let pool = Pool::new(Some(threads)).expect("threads");
+        assert_eq!(unwrapped(&scene, Stacking::Same, 0, &pool).0, *atlas, "{threads} threads");
+    }
+}
+
+#[test]
+fn mirror_images_share_texels_where_that_is_asked_for_and_not_before() {
+    let body = body();
+    let scene = scene(&body, &[false, true]);
+    let apart = unwrapped(&scene, Stacking::Same, 0, &Serial);
+    assert_eq!(apart.1.stacked, 0, "mirror images are told apart");
+    let (atlas, report) = unwrapped(&scene, Stacking::Mirrored, 0, &Serial);
+    let share = bodies_worth(&body, &scene, &atlas, &report) / bodies_worth(&body, &scene, &apart.0, &apart.1);
+    assert!((share - 0.5).abs() <= 0.05 * 0.5, "{share}");
+    assert_eq!(uv_of(&scene, &atlas, 0), uv_of(&scene, &atlas, 1));
+    let m = judge(&scene.mesh, &atlas);
+    assert_eq!((m.exact.overlapping_faces, m.exact.flipped_faces, m.charts.flipped_faces), (0, 0, 0));
+    assert_eq!((2 * m.charts.mirrored, 2 * m.stacked.charts), (m.charts.count, m.charts.count));
+}
+
+#[test]
+fn an_offset_moves_all_but_the_first_one_square_to_the_right() {
+    let body = body();
+    let scene = scene(&body, &[false; 3]);
+    let (atlas, _) = unwrapped(&scene, Stacking::Same, 1, &Serial);
+    for k in 1..3 {
+        let back: Vec<DVec2> = uv_of(&scene, &atlas, k).iter().map(|p| *p - DVec2::X).collect();
+        assert_eq!(back, uv_of(&scene, &atlas, 0));
+    }
+}
+
+#[test]
+fn judges_know_a_stack_from_a_fault() {
+    let body = body();
+    for mirrored in [[false, false], [false, true]] {
+        let scene = scene(&body, &mirrored);
+        let (mut atlas, _) = unwrapped(&scene, Stacking::Mirrored, 0, &Serial);
+        let faults = |atlas: &Atlas, stacks: bool| {
+            let mesh = Mesh { corner_uv: Some(atlas.corner_uv.clone()), ..scene.mesh.clone() };
+            verdict(&mesh, Rules { stacks, ..Rules::default() }).faults.len()
+        };
+        assert_eq!(faults(&atlas, true), 0);
+        assert!(faults(&atlas, false) > 0, "where nobody asked for it, it is one");
+        // All of the second body a little to the side: its charts overlap those of the first in part.
+        scene.corner_of[1].iter().for_each(|c| atlas.corner_uv[*c] *= 0.99);
+        let m = judge(&scene.mesh, &atlas);
+        assert!(m.exact.overlapping_faces > 100 && m.stacked.charts == 0, "{:?}", m.exact);
+        assert!(faults(&atlas, true) > 0);
+    }
+}
