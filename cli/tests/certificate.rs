@@ -53,14 +53,14 @@ fn our_own_atlases_keep_every_rule() {
     }
     let done = seamwright(&["check", &fixture("cube.obj").display().to_string()]);
     assert_eq!(done.status.code(), Some(5), "without UVs");
-    assert!(String::from_utf8_lossy(&done.stdout).contains("face 0: a corner has no UV"));
+    assert!(String::from_utf8_lossy(&done.stdout).contains("no face has UVs"));
     let other = seamwright(&[
         "check",
         &folder.path().join("a.obj").display().to_string(),
         "--input",
         &fixture("gear.obj").display().to_string(),
     ]);
-    assert!(String::from_utf8_lossy(&other.stdout).contains("other corners than the input's"));
+    assert!(String::from_utf8_lossy(&other.stdout).contains("another mesh than --input"));
 }
 
 /// Numbers by chance, the same ones each time.

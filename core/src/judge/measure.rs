@@ -170,7 +170,7 @@ pub fn measure(
         charts: charts(&topology, areas, turned, sound, scratch.frame())?,
         seams: seams(mesh, &topology, area, exposure, scratch.frame())?,
         coverage: match uv_box {
-            Some(uv_box) => covered_once(mesh, stacked, uv_box, resolution, scratch.frame())?,
+            Some(uv_box) => fitted_coverage(mesh, uv_box, resolution, scratch.frame())?,
             None => Coverage { resolution, ..Coverage::default() },
         },
         exact: exact(mesh, &topology, [turned, stacked], bits, scratch.frame())?,
@@ -190,24 +190,6 @@ fn check(mesh: UvMesh, exposure: Option<&[f32]>) -> Result<(), MeasureError> {
     }
     let bad = |t: &[u32; 3]| t.iter().any(|v| *v as usize >= mesh.positions.len());
     mesh.triangles.iter().position(bad).map_or(Ok(()), |triangle| Err(MeasureError::BadIndex { triangle }))
-}
-
-/// Coverage where charts that lie on others are left out.
-fn covered_once(
-    mesh: UvMesh,
-    stacked: &[u8],
-    uv_box: UvBox,
-    resolution: u32,
-    mut scratch: Scratch,
-) -> Result<Coverage, ScratchTooSmall> {
-    if !stacked.contains(&1) {
-        return fitted_coverage(mesh, uv_box, resolution, scratch);
-    }
-    let corner_uv = scratch.take::<[DVec2; 3]>(stacked.len())?;
-    for (f, uv) in corner_uv.iter_mut().enumerate() {
-        *uv = if stacked[f] == 0 { mesh.corner_uv[f] } else { [DVec2::NAN; 3] };
-    }
-    fitted_coverage(UvMesh { corner_uv, ..mesh }, uv_box, resolution, scratch)
 }
 
 const fn exact_need(faces: usize) -> usize {

@@ -7,6 +7,7 @@ use super::open_side::OpenSide;
 use super::polygons::Polygons;
 use super::view::NONE;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::sort;
 use glam::DVec3;
 
@@ -40,7 +41,7 @@ impl<'a, 'i> Joints<'a, 'i> {
         scratch: &mut Scratch<'a>,
     ) -> Result<Self, ScratchTooSmall> {
         let before = scratch.take::<u32>(same.len())?;
-        before.copy_from_slice(same);
+        before.copy_from(same);
         let before = &*before;
         let joint = scratch.take_filled::<u32>(same.len(), NONE)?;
         let ring = scratch.take::<u32>(same.len())?;

@@ -23,6 +23,7 @@ use super::view::{NONE, next};
 use super::weld::{weld, weld_need};
 use super::working::{CLOSED, DIAGONAL, FORCED, Working};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::base::union_find::UnionFind;
 use glam::{DVec2, DVec3};
 
@@ -184,7 +185,7 @@ pub fn repair_welding<'a>(
         let whole = UnitBox::new(welded.iter().filter(|v| **v != NONE).map(|v| input.positions[*v as usize]));
         let equal = frame.take::<u32>(if cracks == Weld::Equal { 0 } else { welded.len() })?;
         if cracks != Weld::Equal {
-            equal.copy_from_slice(welded);
+            equal.copy_from(welded);
             let Closed { border_edges, tolerance, width } = close_cracks(welded, input, &whole, cracks, frame.frame())?;
             (summary.border_edges, summary.weld_tolerance) = (border_edges, tolerance);
             summary.crack_width = width;
