@@ -172,7 +172,7 @@ fn unwrapped(case: &Case, settings: TrainSettings, what: u8) {
     let by = if is_hybrid { Method::Hybrid(&mut learning) } else { Method::Neural(&mut learning) };
     let scratch = Scratch::new(&mut memory);
     match unwrap_by(by, output, &case.input(), &how, &BinnedBuilder, scratch, &Serial, &mut Silent) {
-        Ok(report) if is_hybrid => valid(case, &made, &report, settings.weld),
+        Ok(report) if is_hybrid => valid(case, &made, &report, how.weld),
         Err(UnwrapError::BadTree | UnwrapError::Overlap { .. }) => panic!("no atlas"),
         _ => {}
     }
