@@ -71,35 +71,18 @@ pub fn make_by(
             polygon_chart: &mut atlas.polygon_chart,
             exposure: &mut atlas.exposure,
         };
-        let Some(trainer) = &mut trainer else {
-            return unwrap_by(
-                Method::Exact,
-                output,
-                &input,
-                settings,
-                &ObvhsBuilder,
-                Scratch::with_alarm(bytes, alarm()),
-                workers,
-                progress,
-            );
+        let mut learning = trainer.as_mut().map(|trainer| trainer.learning());
+        let by = match (method, &mut learning) {
+            (MethodArg::Neural, Some(learning)) => Method::Neural(learning),
+            (MethodArg::Hybrid, Some(learning)) => Method::Hybrid(learning),
+            _ => Method::Exact,
         };
-        let mut learning = trainer.learning();
-        let by = match method {
-            MethodArg::Exact => Method::Exact,
-            MethodArg::Neural => Method::Neural(&mut learning),
-            MethodArg::Hybrid => Method::Hybrid(&mut learning),
-        };
-        let report = unwrap_by(
-            by,
-            output,
-            &input,
-            settings,
-            &ObvhsBuilder,
-            Scratch::with_alarm(bytes, alarm()),
-            workers,
-            progress,
-        );
-        trainer.summary = learning.summary;
+        let scratch = Scratch::with_alarm(bytes, alarm());
+        let report = unwrap_by(by, output, &input, settings, &ObvhsBuilder, scratch, workers, progress);
+        let summary = learning.map(|learning| learning.summary);
+        if let (Some(trainer), Some(summary)) = (&mut trainer, summary) {
+            trainer.summary = summary;
+        }
         report
     })?;
     atlas.report = result.map_err(|e| refusal(loaded, e))?;

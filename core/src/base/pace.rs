@@ -5,6 +5,7 @@
 //! [`Pace::work`] is the limit that ends another run in the same state. No clock is asked.
 
 use super::progress::{Progress, Stage, Wish};
+use super::scratch::ScratchTooSmall;
 
 /// Why a stage does not go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +16,39 @@ pub enum Halt {
     Here,
     /// The stage ends with what there was at the last mark.
     Back,
+}
+
+/// Why work between marks was not done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StageError {
+    /// More memory is needed, or the alarm broke it off ([`ScratchTooSmall::ALARM`]).
+    Scratch(ScratchTooSmall),
+    /// It was told to end.
+    Halted(Halt),
+}
+
+impl StageError {
+    /// Where the stage stands that was told to end ([`Halt::Here`], [`Halt::Back`]); the error itself, if that is not why.
+    pub fn end(self, marks: &mut dyn Marks) -> Result<Halt, Self> {
+        let halt = match self {
+            StageError::Halted(halt) => halt,
+            StageError::Scratch(e) if e.is_alarm() => marks.broken(),
+            StageError::Scratch(_) => Halt::Stop,
+        };
+        if halt == Halt::Stop { Err(self) } else { Ok(halt) }
+    }
+}
+
+impl From<ScratchTooSmall> for StageError {
+    fn from(e: ScratchTooSmall) -> Self {
+        StageError::Scratch(e)
+    }
+}
+
+impl From<Halt> for StageError {
+    fn from(halt: Halt) -> Self {
+        StageError::Halted(halt)
+    }
 }
 
 /// What passes marks.
@@ -133,5 +167,17 @@ mod tests {
         let mut pace = Pace::new(&mut progress, Stage::Seams, u64::MAX);
         assert_eq!([pace.mark(5), pace.mark(5)], [Ok(()); 2]);
         assert_eq!((pace.broken(), pace.work(), pace.mark(5)), (Halt::Back, 5, Err(Halt::Here)));
+    }
+
+    #[test]
+    fn an_end_is_told_from_an_error() {
+        let alarm = StageError::Scratch(ScratchTooSmall::ALARM);
+        let (short, stop) =
+            (StageError::Scratch(ScratchTooSmall { need: 2, given: 1 }), StageError::Halted(Halt::Stop));
+        let mut progress = Late(1);
+        let mut pace = Pace::new(&mut progress, Stage::Seams, u64::MAX);
+        assert_eq!([short, stop].map(|e| e.end(&mut pace)), [Err(short), Err(stop)]);
+        assert_eq!(StageError::Halted(Halt::Here).end(&mut pace), Ok(Halt::Here));
+        assert_eq!((alarm.end(&mut NoMarks), alarm.end(&mut pace)), (Err(alarm), Ok(Halt::Back)));
     }
 }

@@ -68,23 +68,23 @@ impl Alarm<'_> {
 /// A bump allocator over the caller's bytes.
 pub struct Scratch<'a> {
     free: &'a mut [u8],
-    alarm: Option<&'a AtomicBool>,
+    alarm: Alarm<'a>,
 }
 
 impl<'a> Scratch<'a> {
     /// All of `bytes` is free.
     pub fn new(bytes: &'a mut [u8]) -> Self {
-        Self { free: bytes, alarm: None }
+        Self { free: bytes, alarm: Alarm(None) }
     }
 
     /// All of `bytes` is free until `alarm` is set, from whatever thread.
     pub fn with_alarm(bytes: &'a mut [u8], alarm: &'a AtomicBool) -> Self {
-        Self { free: bytes, alarm: Some(alarm) }
+        Self { free: bytes, alarm: Alarm(Some(alarm)) }
     }
 
     /// The same memory, which `alarm` refuses.
     pub fn under(self, alarm: Alarm<'a>) -> Self {
-        Self { alarm: alarm.0, ..self }
+        Self { alarm, ..self }
     }
 
     /// The same memory, which no alarm refuses: for what nothing can be had without.
@@ -94,12 +94,12 @@ impl<'a> Scratch<'a> {
 
     /// Fails once the alarm is set: for loops that take long without asking for memory.
     pub fn look_up(&self) -> Result<(), ScratchTooSmall> {
-        self.alarm().check()
+        self.alarm.check()
     }
 
     /// The alarm, for tasks that have no scratch.
     pub fn alarm(&self) -> Alarm<'a> {
-        Alarm(self.alarm)
+        self.alarm
     }
 
     /// Free bytes left.

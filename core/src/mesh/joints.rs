@@ -110,14 +110,7 @@ impl<'a, 'i> Joints<'a, 'i> {
         if self.neighbours(moved).any(|w| self.faces(moved, w) + self.faces(kept, w) > 2 && self.faces(kept, w) > 0) {
             return None;
         }
-        let mut v = moved;
-        loop {
-            self.joint[v as usize] = kept;
-            v = self.ring[v as usize];
-            if v == moved {
-                break;
-            }
-        }
+        self.name_ring(moved, kept);
         self.ring.swap(kept as usize, moved as usize);
         Some(Some([kept, moved]))
     }
@@ -125,11 +118,16 @@ impl<'a, 'i> Joints<'a, 'i> {
     /// Undoes the last weld.
     fn part(&mut self, kept: u32, moved: u32) {
         self.ring.swap(kept as usize, moved as usize);
-        let mut v = moved;
+        self.name_ring(moved, moved);
+    }
+
+    /// Says that the places of the ring of `first` are those of `joint`.
+    fn name_ring(&mut self, first: u32, joint: u32) {
+        let mut v = first;
         loop {
-            self.joint[v as usize] = moved;
+            self.joint[v as usize] = joint;
             v = self.ring[v as usize];
-            if v == moved {
+            if v == first {
                 return;
             }
         }

@@ -3,7 +3,7 @@
 use super::early::complete;
 use super::pieces::unwrap_pieces;
 use super::report::UnwrapError;
-use crate::base::pace::{Halt, Marks, Pace};
+use crate::base::pace::{Pace, StageError};
 use crate::base::progress::{Progress, Stage};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
@@ -108,13 +108,11 @@ impl Polishing {
         let (last_uv, last_cut) = (quiet.take::<DVec2>(uv.len())?, quiet.take::<u8>(cut.len())?);
         last_uv.copy_from(uv);
         last_cut.copy_from(cut);
-        match self.polish(uv, cut, kept, placing, quiet.under(alarm), workers) {
-            Err(e) if e.is_alarm() && pace.broken() == Halt::Back => {
-                uv.copy_from(last_uv);
-                cut.copy_from(last_cut);
-                Ok(())
-            }
-            done => Ok(done?),
+        if let Err(e) = self.polish(uv, cut, kept, placing, quiet.under(alarm), workers) {
+            StageError::from(e).end(pace)?;
+            uv.copy_from(last_uv);
+            cut.copy_from(last_cut);
         }
+        Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::report::UnwrapError;
 use super::settings::Settings;
-use crate::base::pace::{Halt, Marks, Pace};
+use crate::base::pace::{Marks, Pace, StageError};
 use crate::base::progress::{Progress, Stage, tell};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
@@ -13,7 +13,6 @@ use crate::mesh::working::Working;
 use crate::rays::bvh::{BuildBvh, BvhError};
 use crate::rays::cast::Scene;
 use crate::rays::exposure::{ExposureSettings, exposure};
-use crate::search::budget::SeamError;
 use glam::{DVec3, Vec3};
 
 /// Rays see vertices on a grid of so many steps a unit of the mesh's own frame, that one or another rounding of the input
@@ -68,10 +67,8 @@ pub(super) fn expose(
         }
         Ok(())
     })();
-    match ended {
-        Err(SeamError::Halted(Halt::Here)) => {}
-        Err(e) if e.is_alarm() && pace.broken() == Halt::Back => {}
-        ended => ended?,
+    if let Err(e) = ended {
+        StageError::end(e, &mut pace)?;
     }
     let work = pace.work();
     if pace.has_ended() {

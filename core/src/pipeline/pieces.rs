@@ -2,14 +2,14 @@
 //!
 //! Guarantee: what a piece becomes depends on no other piece, and on no number of threads.
 
-use crate::base::pace::{Halt, Marks, NoMarks, Pace};
+use crate::base::pace::{Marks, NoMarks, Pace, StageError};
 use crate::base::room::Room;
 use crate::base::scratch::Scratch;
 use crate::base::slices::take_first;
 use crate::base::workers::{Serial, Workers, for_each_chunk};
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::surface_need;
-use crate::search::budget::{Budget, SeamError};
+use crate::search::budget::Budget;
 use crate::search::seams::{make_charts, make_charts_need};
 use glam::DVec2;
 
@@ -37,7 +37,7 @@ struct PieceJob<'j> {
     uv: &'j mut [DVec2],
     cut: &'j mut [u8],
     scratch: Option<Scratch<'j>>,
-    result: Result<(), SeamError>,
+    result: Result<(), StageError>,
 }
 
 /// Makes charts of every piece: `uv` and `cut` have one entry a corner, in the order of the pieces. Pieces that are marked in
@@ -53,13 +53,10 @@ pub fn unwrap_pieces(
     scratch: Scratch,
     workers: &dyn Workers,
     pace: &mut Pace,
-) -> Result<usize, SeamError> {
+) -> Result<usize, StageError> {
     let mut made = 0;
-    match unwrap_in_turn(&mut made, uv, cut, kept, pieces, budget, scratch, workers, pace) {
-        Err(SeamError::Halted(Halt::Here | Halt::Back)) => {}
-        Err(e) if e.is_alarm() && pace.broken() == Halt::Back => {}
-        Err(e) if e.is_alarm() => return Err(SeamError::Halted(Halt::Stop)),
-        result => result?,
+    if let Err(e) = unwrap_in_turn(&mut made, uv, cut, kept, pieces, budget, scratch, workers, pace) {
+        e.end(pace)?;
     }
     Ok(made)
 }
@@ -75,7 +72,7 @@ fn unwrap_in_turn(
     mut scratch: Scratch,
     workers: &dyn Workers,
     pace: &mut Pace,
-) -> Result<(), SeamError> {
+) -> Result<(), StageError> {
     scratch.require(unwrap_pieces_need(pieces))?;
     let is_kept = |p: usize| kept.get(p).is_some_and(|kept| *kept != 0);
     let total: usize = (0..pieces.count()).filter(|p| !is_kept(*p)).map(|p| pieces.corners(p).len() / 3).sum();
@@ -117,7 +114,7 @@ fn unwrap_in_turn(
             work = WAVE_ROUNDS * jobs.iter().map(|job| job.uv.len() / 3).sum::<usize>();
             for job in &jobs {
                 match job.result {
-                    Err(SeamError::Scratch(_)) => short.put(job.piece),
+                    Err(StageError::Scratch(_)) => short.put(job.piece),
                     result => result?,
                 }
             }
@@ -142,7 +139,7 @@ fn alone(
     mut scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
-) -> Result<(), SeamError> {
+) -> Result<(), StageError> {
     let corners = pieces.corners(p);
     let mut frame = scratch.frame();
     let surface = pieces.surface(p, &mut frame)?;

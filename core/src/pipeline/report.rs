@@ -1,11 +1,11 @@
 //! What a run has done, and why there may be no atlas.
 
 use super::settings::CountedWork;
+use crate::base::pace::StageError;
 use crate::base::progress::Stopped;
 use crate::base::scratch::ScratchTooSmall;
 use crate::finish::place::PlaceError;
 use crate::mesh::repair::{RepairError, RepairSummary};
-use crate::search::budget::SeamError;
 
 /// What was done.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,11 +67,11 @@ pub enum UnwrapError {
     },
 }
 
-impl From<SeamError> for UnwrapError {
-    fn from(e: SeamError) -> Self {
+impl From<StageError> for UnwrapError {
+    fn from(e: StageError) -> Self {
         match e {
-            SeamError::Scratch(e) => e.into(),
-            SeamError::Halted(_) => UnwrapError::Cancelled,
+            StageError::Scratch(e) => e.into(),
+            StageError::Halted(_) => UnwrapError::Cancelled,
         }
     }
 }

@@ -6,10 +6,10 @@
 //! Creases are lines that the coarse meshes keep, since cuts follow them.
 //! Cost: O(n log n) for the decimation and what is carried over.
 
-use super::budget::{Budget, Draws, SeamError};
+use super::budget::{Budget, Draws};
 use super::direct::{Trials, direct_need};
 use super::draws::{draw, draws_need, search_best};
-use crate::base::pace::{Marks, NoMarks};
+use crate::base::pace::{Marks, NoMarks, StageError};
 use crate::base::random::hash;
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -146,7 +146,7 @@ struct ProxyJob<'j, 'p> {
     proxy: &'j mut Proxy<'p>,
     scratch: Option<Scratch<'j>>,
     budget: Budget,
-    price: Result<[f64; 2], SeamError>,
+    price: Result<[f64; 2], StageError>,
 }
 
 /// Searches on all meshes side by side: at the true costs, or the draw of that number. `prices` are those of what stands.
@@ -157,7 +157,7 @@ fn search_all(
     number: Option<u32>,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<(), SeamError> {
+) -> Result<(), StageError> {
     let mut jobs = heapless::Vec::<ProxyJob, PROXIES>::new();
     let count = proxies.len();
     for (i, (proxy, price)) in proxies.iter_mut().zip(prices.iter()).enumerate() {
@@ -194,7 +194,7 @@ pub fn cut_by_proxies(
     mut scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
-) -> Result<bool, SeamError> {
+) -> Result<bool, StageError> {
     marks.mark(surface.mesh.faces.len())?;
     let most = most_of(surface.mesh.faces.len());
     let Some(one) = Proxy::new(surface, PROXY_FACES[0], most, &mut scratch)? else { return Ok(false) };

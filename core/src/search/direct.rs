@@ -1,11 +1,11 @@
 //! The search on one mesh, from the cuts that it has.
 
-use super::budget::{Budget, SeamError};
+use super::budget::Budget;
 use super::compact::compact_need;
 use super::glue::glue_need;
 use super::rounds::Rounds;
 use super::zip::{Which, zip_need};
-use crate::base::pace::Marks;
+use crate::base::pace::{Marks, StageError};
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
 use crate::charts::patch::patch_need;
@@ -60,7 +60,7 @@ pub fn search_anew(
     mut scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
-) -> Result<(), SeamError> {
+) -> Result<(), StageError> {
     cut.fill(0);
     cut_to_disks(cut, &Surface { stays_whole: budget.whole, ..*surface }, scratch.frame())?;
     search_from(uv, cut, surface, budget, trials, scratch, workers, marks)
@@ -77,7 +77,7 @@ pub fn search_from(
     mut scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
-) -> Result<(), SeamError> {
+) -> Result<(), StageError> {
     let surface = &Surface { stays_whole: budget.whole, ..*surface };
     let faces = surface.mesh.faces.len();
     flatten_all(uv, cut, surface, scratch.frame(), workers)?;
@@ -90,7 +90,7 @@ pub fn search_from(
     rounds.to_the_end(|rounds| all_rounds(rounds, budget, trials, scratch))
 }
 
-fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: Scratch) -> Result<(), SeamError> {
+fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: Scratch) -> Result<(), StageError> {
     rounds.mark()?;
     let compact = trials == Trials::All && !budget.bulky;
     if compact {

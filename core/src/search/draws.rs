@@ -5,9 +5,9 @@
 //! cuts truly cost, and the best is kept. With no draw there is one search, at the true costs.
 //! Guarantee: the price never rises with more draws of the same seed. Cost: one search a draw.
 
-use super::budget::{Budget, SeamError};
+use super::budget::Budget;
 use super::direct::{Trials, search_anew};
-use crate::base::pace::{Halt, Marks};
+use crate::base::pace::{Marks, StageError};
 use crate::base::random::{hash, unit_f64};
 use crate::base::real::{cos, exp, ln, sin, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -72,10 +72,10 @@ pub fn search_best(
     mut scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
-) -> Result<[f64; 2], SeamError> {
+) -> Result<[f64; 2], StageError> {
     search_anew(uv, cut, surface, budget, Trials::All, scratch.frame(), workers, marks)?;
     let price = price_of(uv, cut, surface, &budget, scratch.frame());
-    let Some(mut best) = unless_ended(price.map_err(SeamError::from), marks)? else { return Ok([f64::INFINITY; 2]) };
+    let Some(mut best) = unless_ended(price.map_err(StageError::from), marks)? else { return Ok([f64::INFINITY; 2]) };
     for number in 0..budget.draws.count {
         let drawn = draw(uv, cut, surface, budget, number, best, scratch.frame(), workers, marks);
         let Some(least) = unless_ended(drawn, marks)? else { break };
@@ -96,7 +96,7 @@ pub fn draw(
     mut scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
-) -> Result<[f64; 2], SeamError> {
+) -> Result<[f64; 2], StageError> {
     marks.mark(0)?;
     let cost = scratch.take::<f64>(cut.len())?;
     let (drawn_uv, drawn_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
@@ -114,13 +114,8 @@ pub fn draw(
 }
 
 /// Nothing where `result` is that the search was told to end, which is no error where there are charts.
-fn unless_ended<T>(result: Result<T, SeamError>, marks: &mut dyn Marks) -> Result<Option<T>, SeamError> {
-    match result {
-        Ok(value) => Ok(Some(value)),
-        Err(SeamError::Halted(Halt::Here)) => Ok(None),
-        Err(e) if e.is_alarm() && marks.broken() == Halt::Back => Ok(None),
-        Err(e) => Err(e),
-    }
+fn unless_ended<T>(result: Result<T, StageError>, marks: &mut dyn Marks) -> Result<Option<T>, StageError> {
+    result.map(Some).or_else(|e| e.end(marks).map(|_| None))
 }
 
 /// Writes costs times a random field, the same on both sides of an edge; what is forbidden stays so, and what is free stays free.

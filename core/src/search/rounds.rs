@@ -6,13 +6,13 @@
 //! are glued where they fit, and cuts that the bound does not need in the end are zipped again.
 //! Guarantee: no flips; no overlap inside a chart but of one polygon.
 
-use super::budget::{Budget, SeamError};
+use super::budget::Budget;
 use super::compact::split_bulky;
 use super::extend::extend;
 use super::glue::{Limits, glue_small};
 use super::split::{Split, split_overlaps};
 use super::zip::{Goal, Which, zip};
-use crate::base::pace::{Halt, Marks};
+use crate::base::pace::{Halt, Marks, StageError};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
@@ -97,24 +97,18 @@ pub struct Rounds<'s> {
 
 impl Rounds<'_> {
     /// Does `work`. Where that is told to end early, the maps are those of the last mark.
-    pub fn to_the_end(&mut self, work: impl FnOnce(&mut Self) -> Result<(), SeamError>) -> Result<(), SeamError> {
-        let mut result = work(self);
-        if result.is_err_and(|e| e.is_alarm()) && self.last.is_some() {
-            result = Err(self.marks.broken().into());
+    pub fn to_the_end(&mut self, work: impl FnOnce(&mut Self) -> Result<(), StageError>) -> Result<(), StageError> {
+        let Err(e) = work(self) else { return Ok(()) };
+        let Some((uv, cut)) = &self.last else { return Err(e) };
+        if e.end(self.marks)? == Halt::Back {
+            self.uv.copy_from(uv);
+            self.cut.copy_from(cut);
         }
-        match (result, &mut self.last) {
-            (Err(SeamError::Halted(Halt::Here)), Some(_)) => Ok(()),
-            (Err(SeamError::Halted(Halt::Back)), Some((uv, cut))) => {
-                self.uv.copy_from(uv);
-                self.cut.copy_from(cut);
-                Ok(())
-            }
-            (result, _) => result,
-        }
+        Ok(())
     }
 
     /// A mark: from here the search goes on, or ends.
-    pub fn mark(&mut self) -> Result<(), SeamError> {
+    pub fn mark(&mut self) -> Result<(), StageError> {
         pass(self.marks, &mut self.last, self.uv, self.cut)
     }
 
@@ -124,7 +118,7 @@ impl Rounds<'_> {
         rounds: usize,
         split: impl Fn(&mut [u8], &mut [u8], &[DVec2], &Surface, Scratch) -> Result<usize, ScratchTooSmall>,
         mut scratch: Scratch,
-    ) -> Result<(), SeamError> {
+    ) -> Result<(), StageError> {
         for _ in 0..rounds {
             self.mark()?;
             self.changed.fill(0);
@@ -137,7 +131,7 @@ impl Rounds<'_> {
     }
 
     /// Cuts on until the distortion leaves no more than a reserve of what `bound` allows.
-    pub fn extend(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+    pub fn extend(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), StageError> {
         let goal = bound - RESERVE.min(RESERVE_SHARE * (bound - 1.0));
         let step = |cut: &mut [u8], changed: &mut [u8], uv: &[DVec2], surface: &Surface, scratch: Scratch| {
             let now = distortion(uv, surface.rest);
@@ -164,7 +158,7 @@ impl Rounds<'_> {
     }
 
     /// Splits charts until none overlaps itself.
-    pub fn part_overlaps(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
+    pub fn part_overlaps(&mut self, mut scratch: Scratch) -> Result<(), StageError> {
         self.changed.fill(1);
         for round in 0.. {
             self.mark()?;
@@ -181,13 +175,13 @@ impl Rounds<'_> {
     }
 
     /// Splits charts until none is bulky or overlaps itself.
-    pub fn part_bulky(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
+    pub fn part_bulky(&mut self, mut scratch: Scratch) -> Result<(), StageError> {
         self.repeat(COMPACTIONS, split_bulky, scratch.frame())?;
         self.part_overlaps(scratch)
     }
 
     /// Glues small charts to neighbours as far as the budget allows.
-    pub fn glue(&mut self, budget: Budget, mut scratch: Scratch) -> Result<(), SeamError> {
+    pub fn glue(&mut self, budget: Budget, mut scratch: Scratch) -> Result<(), StageError> {
         for _ in 0..GLUINGS {
             if self.glue_once(budget, scratch.frame())? == 0 {
                 break;
@@ -199,7 +193,7 @@ impl Rounds<'_> {
     }
 
     /// Glues small charts to neighbours, which stay as they are; returns how many.
-    pub fn glue_once(&mut self, budget: Budget, scratch: Scratch) -> Result<usize, SeamError> {
+    pub fn glue_once(&mut self, budget: Budget, scratch: Scratch) -> Result<usize, StageError> {
         let area: f64 = self.surface.rest.iter().map(|r| r.area).sum();
         let bound = budget.distortion;
         let spare = 4.0 * area * (1.0 + GLUE_TO * (bound - 1.0) - self.distortion());
@@ -210,7 +204,7 @@ impl Rounds<'_> {
     }
 
     /// Brings single faces below the cap, whatever the mean: relaxes around them, and cuts on towards those that stay above.
-    pub fn cap(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+    pub fn cap(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), StageError> {
         let most = 4.0 * most_distorted(bound);
         if worst(self.uv, self.surface.rest) <= most {
             return Ok(());
@@ -236,7 +230,7 @@ impl Rounds<'_> {
 
     /// Flattens the charts anew that have faces above `most` whatever was cut, and halves those that have them even so: a
     /// map can be stuck far from where it would be at rest.
-    fn end_above(&mut self, most: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+    fn end_above(&mut self, most: f64, mut scratch: Scratch) -> Result<(), StageError> {
         self.changed.fill(0);
         energies(self.uv, self.surface.rest).filter(|(_, e)| *e > most).for_each(|(f, _)| self.changed[f] = 1);
         if self.changed.contains(&1) {
@@ -247,7 +241,7 @@ impl Rounds<'_> {
     }
 
     /// Takes out cuts that the bound does not need.
-    pub fn zip(&mut self, budget: Budget, which: Which, scratch: Scratch) -> Result<(), SeamError> {
+    pub fn zip(&mut self, budget: Budget, which: Which, scratch: Scratch) -> Result<(), StageError> {
         let bound = budget.distortion;
         let distortion = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
         let goal = Goal {
@@ -264,7 +258,7 @@ impl Rounds<'_> {
     /// Relaxes all charts with less weight where distortion is large anyway, so that it gathers in few faces and most have
     /// little: the mean of its absolute values falls, that of its squares rises a bit. Where the bound breaks by that, it
     /// is undone by relaxing with the old weights.
-    pub fn concentrate(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), SeamError> {
+    pub fn concentrate(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), StageError> {
         if self.distortion() > bound {
             return Ok(());
         }
@@ -286,7 +280,7 @@ impl Rounds<'_> {
     }
 
     /// Brings charts without distortion to rest, where the sides of a slit that nothing holds open lie on each other.
-    pub fn unroll(&mut self, mut scratch: Scratch) -> Result<(), SeamError> {
+    pub fn unroll(&mut self, mut scratch: Scratch) -> Result<(), StageError> {
         self.mark()?;
         {
             let Self { uv, cut, changed, surface, .. } = self;
@@ -331,7 +325,7 @@ fn pass(
     last: &mut Option<(&mut [DVec2], &mut [u8])>,
     uv: &[DVec2],
     cut: &[u8],
-) -> Result<(), SeamError> {
+) -> Result<(), StageError> {
     let passed = marks.mark(uv.len() / 3);
     if let Some((last_uv, last_cut)) = last {
         last_uv.copy_from(uv);

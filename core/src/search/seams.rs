@@ -3,11 +3,11 @@
 //! A piece is cut on the mesh itself, or, where it has more than [`PROXY_FROM`] faces, by way of two decimated ones. Guarantee: no flips;
 //! no overlap inside a chart but of one polygon.
 
-use super::budget::{Budget, SeamError};
+use super::budget::Budget;
 use super::by_proxy::{PROXY_FROM, cut_by_proxies, proxies_need};
 use super::direct::{Trials, direct_need, search_anew, search_from};
 use super::draws::{draws_need, search_best};
-use crate::base::pace::Marks;
+use crate::base::pace::{Marks, StageError};
 use crate::base::scratch::Scratch;
 use crate::base::workers::Workers;
 use crate::charts::surface::Surface;
@@ -41,7 +41,7 @@ pub fn make_charts(
     mut scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
-) -> Result<(), SeamError> {
+) -> Result<(), StageError> {
     let faces = surface.mesh.faces.len();
     // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
     let budget = Budget { whole: budget.whole && faces <= LARGE, ..budget };

@@ -9,9 +9,9 @@
 //! Guarantee: disks stay disks, without flips or overlaps; the distortion stays within the goal if it was.
 //! Cost: at most [`TRIES`] relaxations of one chart.
 
-use super::budget::SeamError;
 use super::compact::PRICE;
 use super::split::self_overlaps;
+use crate::base::pace::StageError;
 use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
@@ -87,7 +87,7 @@ pub const fn zip_need(faces: usize, vertices: usize) -> usize {
 }
 
 /// Passes a mark at which the maps are these: UVs and cuts.
-pub type MarkMaps<'m> = dyn FnMut(&[DVec2], &[u8]) -> Result<(), SeamError> + 'm;
+pub type MarkMaps<'m> = dyn FnMut(&[DVec2], &[u8]) -> Result<(), StageError> + 'm;
 
 /// Takes paths out within `goal`; returns how many. `mark` is passed before each trial.
 pub fn zip(
@@ -98,7 +98,7 @@ pub fn zip(
     mut scratch: Scratch,
     workers: &dyn Workers,
     mark: &mut MarkMaps,
-) -> Result<usize, SeamError> {
+) -> Result<usize, StageError> {
     let failed = scratch.take::<u8>(cut.len())?;
     let old_uv = scratch.take::<DVec2>(uv.len())?;
     let total: f64 = surface.rest.iter().map(|r| r.area).sum();
@@ -371,7 +371,7 @@ mod tests {
     const LOOSE: Goal = Goal { distortion: 1.5, worst: f64::INFINITY, bulky: false, which: Which::All };
 
     /// What [`zip`] answers, and the cut edges before and after.
-    fn zip_square(square: Square, goal: Goal, bytes: &mut [u8]) -> (Result<usize, SeamError>, usize, usize) {
+    fn zip_square(square: Square, goal: Goal, bytes: &mut [u8]) -> (Result<usize, StageError>, usize, usize) {
         let (n, half) = (square.side + 1, square.side / 2);
         let at = |v: u32| {
             let z = if v == n * n / 2 { square.lift } else { 0.0 };
