@@ -43,7 +43,7 @@ pub fn direct_need(faces: usize, vertices: usize, trials: Trials) -> usize {
         + growing
             .max(splitting)
             .max(zipping)
-            .max(jobs)
+            .max(jobs + bytes_for::<DVec2>(corners))
             .max(glue_need(faces))
             .max(compact_need(faces))
             .max(patch_need(faces))

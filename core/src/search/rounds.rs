@@ -10,7 +10,7 @@ use super::budget::Budget;
 use super::compact::split_bulky;
 use super::extend::extend;
 use super::glue::{Limits, glue_small};
-use super::split::{Split, split_overlaps};
+use super::split::{Split, self_overlaps, split_overlaps};
 use super::zip::{Goal, Which, zip};
 use crate::base::pace::{Halt, Marks, StageError};
 use crate::base::real::sqrt;
@@ -22,6 +22,7 @@ use crate::charts::patch::{SEEDS, relax_patch};
 use crate::charts::surface::Surface;
 use crate::charts::work::{Work, work_on};
 use crate::first::halving::flatten_below;
+use crate::mesh::view::NONE;
 use crate::solve::bound::{distortion, energies, lie_flat, most_distorted, worst};
 use crate::solve::energy::Rest;
 use crate::solve::piece::Stop;
@@ -158,8 +159,13 @@ impl Rounds<'_> {
     }
 
     /// Splits charts until none overlaps itself.
-    pub fn part_overlaps(&mut self, mut scratch: Scratch) -> Result<(), StageError> {
+    pub fn part_overlaps(&mut self, scratch: Scratch) -> Result<(), StageError> {
         self.changed.fill(1);
+        self.part_changed(scratch)
+    }
+
+    /// The same for the charts with a changed face.
+    fn part_changed(&mut self, mut scratch: Scratch) -> Result<(), StageError> {
         for round in 0.. {
             self.mark()?;
             let how = if round < SPLITS { Split::Cheapest } else { Split::Halves };
@@ -257,11 +263,13 @@ impl Rounds<'_> {
 
     /// Relaxes all charts with less weight where distortion is large anyway, so that it gathers in few faces and most have
     /// little: the mean of its absolute values falls, that of its squares rises a bit. Where the bound breaks by that, it
-    /// is undone by relaxing with the old weights.
+    /// is undone by relaxing with the old weights; a chart that overlaps itself by it has its map of before back.
     pub fn concentrate(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), StageError> {
         if self.distortion() > bound {
             return Ok(());
         }
+        let before = scratch.take::<DVec2>(self.uv.len())?;
+        before.copy_from(self.uv);
         {
             let mut frame = scratch.frame();
             let rest = frame.take::<Rest>(self.surface.rest.len())?;
@@ -276,7 +284,25 @@ impl Rounds<'_> {
         if self.distortion() > bound {
             self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
         }
-        self.part_overlaps(scratch)
+        self.take_back(before, scratch.frame())?;
+        self.part_changed(scratch)
+    }
+
+    /// Gives the charts that overlap themselves their maps of `before`; they alone are marked as changed.
+    fn take_back(&mut self, before: &[DVec2], mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+        let Self { uv, cut, changed, surface, workers, .. } = self;
+        let charts = ChartList::new(surface, cut, &mut scratch)?;
+        let partner = scratch.take::<u32>(changed.len())?;
+        let overlaps = scratch.take::<u8>(charts.count())?;
+        self_overlaps(partner, uv, charts.of_face, charts.count(), |_| true, scratch, *workers)?;
+        for (k, _) in charts.of_face.iter().zip(partner.iter()).filter(|(_, met)| **met != NONE) {
+            overlaps[*k as usize] = 1;
+        }
+        changed.iter_mut().zip(charts.of_face).for_each(|(c, k)| *c = overlaps[*k as usize]);
+        for c in (0..uv.len()).filter(|c| changed[c / 3] != 0) {
+            uv[c] = before[c];
+        }
+        Ok(())
     }
 
     /// Brings charts without distortion to rest, where the sides of a slit that nothing holds open lie on each other.
