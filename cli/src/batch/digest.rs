@@ -26,7 +26,7 @@ pub(super) fn of_job(input: &Path, words: &[String]) -> io::Result<String> {
     if Format::of(input) == Some(Format::Gltf) {
         let folder = input.parent().unwrap_or(Path::new(""));
         // One that is missing is the reader's to name.
-        beside::files(&bytes).iter().for_each(|name| put(&fs::read(folder.join(name)).unwrap_or_default()));
+        beside::files(&bytes).iter().for_each(|name| put(&beside::read(&folder.join(name)).unwrap_or_default()));
     }
     Ok(hex(&hash.finalize()))
 }

@@ -1,11 +1,11 @@
 //! The bytes of a glTF: buffers from the container, data URIs and files, and buffer views of them, decompressed where they
 //! are compressed.
 
+use super::beside;
 use super::document::{BufferView, Document};
 use super::meshopt::decode::decode;
 use super::uri::{data, decode_percent};
 use crate::formats::error::FormatError;
-use std::fs;
 use std::path::Path;
 
 /// All buffers of a document, each at least as long as it says.
@@ -75,6 +75,6 @@ fn resolve(uri: &str, folder: &Path) -> Result<Vec<u8>, FormatError> {
         return data(uri).ok_or_else(|| FormatError::whole("a buffer's data URI is not base64; export it again"));
     }
     let path = folder.join(decode_percent(uri));
-    fs::read(&path)
+    beside::read(&path)
         .map_err(|e| FormatError::whole(format!("its buffer {} cannot be read: {e}; put it there", path.display())))
 }

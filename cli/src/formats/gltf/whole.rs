@@ -1,8 +1,8 @@
 //! A `.gltf` with everything that lies beside it taken into one chunk.
 
+use super::beside;
 use super::uri::{data, decode_percent, has_scheme};
 use serde_json::{Map, Value, json};
-use std::fs;
 use std::path::Path;
 
 /// All buffers as one and all images as views of it; `folder` is where images lie. Gives the tree, the chunk, and a warning
@@ -59,7 +59,7 @@ fn images(tree: &mut Value, chunk: &mut Vec<u8>, folder: &Path) -> Vec<String> {
         let bytes = match data(uri) {
             Some(bytes) => Ok(bytes),
             None if has_scheme(uri) => continue,
-            None => fs::read(folder.join(decode_percent(uri))),
+            None => beside::read(&folder.join(decode_percent(uri))),
         };
         match bytes {
             Ok(bytes) => taken.push((i, kind(uri, &bytes), bytes)),

@@ -4,6 +4,7 @@
 //! base64, or in files beside. A buffer that changes is written under the name of the new file; what does not change is
 //! copied where the new file lies in another folder. A `.gltf` that becomes a `.glb` takes everything in.
 
+use super::beside;
 use super::container::Container;
 use super::edit::{check, with_uvs};
 use super::file::GltfFile;
@@ -157,7 +158,7 @@ impl Out<'_> {
             self.warnings.push(format!("{uri} lies outside of the file's folder and is not copied; put it there"));
             return Ok(());
         }
-        match (fs::read(&from), fs::read(&to)) {
+        match (beside::read(&from), beside::read(&to)) {
             (Err(e), _) => self.warnings.push(format!("{} cannot be read ({e}) and is not copied", from.display())),
             (Ok(bytes), Ok(there)) if bytes == there => {}
             (Ok(_), Ok(_)) => {
