@@ -9,5 +9,8 @@ pub mod check;
 pub mod round_trip;
 pub mod seeds;
 
-/// Endings of the files that the target `files` writes and reads, by its first byte.
-pub const ENDINGS: [&str; 7] = ["obj", "ply", "stl", "glb", "gltf", "seg", "json"];
+/// Endings of meshes that the targets `files` and `round_trip` write and read, by their first byte.
+pub const MESHES: [&str; 7] = ["obj", "ply", "stl", "glb", "gltf", "off", "fbx"];
+
+/// Endings of what `files` reads beside them, by the numbers behind: labels, a map, settings.
+pub const OTHERS: [&str; 6] = ["seg", "json", "ply", "glb", "map", "toml"];

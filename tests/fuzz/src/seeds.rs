@@ -88,7 +88,7 @@ fn meshes() -> Vec<(String, Vec<u8>)> {
     seeds
 }
 
-/// Files of the kinds that `fixtures/` has none of, by their place in [`crate::ENDINGS`] and the four behind them.
+/// Files of the kinds that `fixtures/` has none of, by their place in [`crate::MESHES`] and, behind it, [`crate::OTHERS`].
 fn small_files() -> Vec<(&'static str, u8, Vec<u8>)> {
     let stl = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
     let facet: Vec<u8> =
@@ -108,6 +108,31 @@ fn small_files() -> Vec<(&'static str, u8, Vec<u8>)> {
     let chunk = |kind: &[u8], data: &[u8]| [&(data.len() as u32).to_le_bytes()[..], kind, data].concat();
     let chunks = [chunk(b"JSON", &text), chunk(b"BIN\0", &facet[12..])].concat();
     let glb = [&b"glTF"[..], &2u32.to_le_bytes(), &(12 + chunks.len() as u32).to_le_bytes(), &chunks].concat();
+    let fbx = r#"; FBX 7.4.0 project file
+        FBXHeaderExtension: { FBXHeaderVersion: 1003
+            FBXVersion: 7400 }
+        Objects: {
+            Geometry: 1, "Geometry::g", "Mesh" {
+                Vertices: *12 { a: 0,0,0,1,0,0,1,1,0,0,1,0 }
+                PolygonVertexIndex: *6 { a: 0,1,-3,0,2,-4 }
+                LayerElementUV: 0 { Name: "UVMap"
+                    MappingInformationType: "ByPolygonVertex"
+                    ReferenceInformationType: "IndexToDirect"
+                    UV: *8 { a: 0,0,1,0,1,1,0,1 }
+                    UVIndex: *6 { a: 0,1,2,0,2,3 } }
+                LayerElementMaterial: 0 { MappingInformationType: "AllSame"
+                    ReferenceInformationType: "IndexToDirect"
+                    Materials: *1 { a: 0 } }
+                Layer: 0 { LayerElement: { Type: "LayerElementUV"
+                        TypedIndex: 0 }
+                    LayerElement: { Type: "LayerElementMaterial"
+                        TypedIndex: 0 } } }
+            Model: 2, "Model::m", "Mesh" { Properties70: { P: "Lcl Scaling", "Lcl Scaling", "", "A",-1,2,1 } }
+            Material: 3, "Material::m", "" { Properties70: { P: "DiffuseColor", "Color", "", "A",1,0.5,0 } } }
+        Connections: { C: "OO",1,2
+            C: "OO",3,2
+            C: "OO",2,0 }
+        "#;
     let widths = Widths { hidden: 1, code: 1 };
     let mut trainer = Trainer::with("draft".into(), TrainSettings { widths, ..TrainSettings::DRAFT }, true);
     trainer.summary.maps = 1;
@@ -118,12 +143,18 @@ fn small_files() -> Vec<(&'static str, u8, Vec<u8>)> {
         ("binary.stl", 2, binary),
         ("small.glb", 3, glb.clone()),
         ("small.gltf", 4, gltf.into()),
-        ("small.seg", 5, b"0\n7\n".to_vec()),
-        ("list.json", 6, b"[1, \"leg\"]".to_vec()),
-        ("map.json", 6, b"{\"0\": 1, \"1\": 2.0}".to_vec()),
-        ("labels.glb", 8, glb),
-        ("small.map", 9, map),
-        ("small.toml", 10, b"preset = \"draft\"\nwidth = 8\nsteps = 3\n[weights]\nfold = 0.5\n".to_vec()),
+        (
+            "small.off",
+            5,
+            b"COFF\n4 2 0\n0 0 0 1 0 0 1\n1 0 0 0 1 0 1\n1 1 0 0 0 1 1\n0 1 0 1 1 1 1\n3 0 1 2\n3 0 2 3\n".to_vec(),
+        ),
+        ("small.fbx", 6, fbx.into()),
+        ("small.seg", 7, b"0\n7\n".to_vec()),
+        ("list.json", 8, b"[1, \"leg\"]".to_vec()),
+        ("map.json", 8, b"{\"0\": 1, \"1\": 2.0}".to_vec()),
+        ("labels.glb", 10, glb),
+        ("small.map", 11, map),
+        ("small.toml", 12, b"preset = \"draft\"\nwidth = 8\nsteps = 3\n[weights]\nfold = 0.5\n".to_vec()),
     ]
 }
 
@@ -153,13 +184,14 @@ pub fn write(folder: &Path, fixtures: &Path) -> std::io::Result<()> {
     }
     for (name, kind, bytes) in small_files() {
         fs::write(folder.join("files").join(name), [&[kind][..], &bytes].concat())?;
+        if usize::from(kind) < crate::MESHES.len() {
+            fs::write(folder.join("round_trip").join(name), [&[kind, 0][..], &bytes].concat())?;
+        }
     }
     for from in ["faults", "regressions", "broken"] {
         for file in fs::read_dir(fixtures.join(from))?.flatten() {
             let (path, name) = (file.path(), file.file_name().to_string_lossy().into_owned());
-            // The order of the target's endings.
-            let endings = ["obj", "ply", "stl", "glb", "gltf", "off", "fbx"];
-            let Some(kind) = endings.iter().position(|ending| name.ends_with(ending)) else { continue };
+            let Some(kind) = crate::MESHES.iter().position(|ending| name.ends_with(ending)) else { continue };
             for choice in [0u8, 5] {
                 let head = [kind as u8, choice];
                 fs::write(
@@ -169,10 +201,11 @@ pub fn write(folder: &Path, fixtures: &Path) -> std::io::Result<()> {
             }
         }
     }
-    for from in ["regressions", "broken", ""] {
+    for from in ["faults", "regressions", "broken", ""] {
         for file in fs::read_dir(fixtures.join(from))?.flatten() {
             let (path, name) = (file.path(), file.file_name().to_string_lossy().into_owned());
-            let Some(kind) = crate::ENDINGS.iter().position(|ending| name.ends_with(ending)) else { continue };
+            let mut endings = crate::MESHES.iter().chain(&crate::OTHERS);
+            let Some(kind) = endings.position(|ending| name.ends_with(ending)) else { continue };
             let bytes = fs::read(path)?;
             if bytes.len() < 4096 {
                 fs::write(folder.join("files").join(&name), [&[kind as u8][..], &bytes].concat())?;

@@ -13,7 +13,7 @@ use seamwright::mesh::polygons::Mesh;
 use seamwright::mesh::view::PolygonView;
 use seamwright::training::map_file;
 use seamwright::training::trainer::Trainer;
-use seamwright_fuzz::ENDINGS;
+use seamwright_fuzz::{MESHES, OTHERS};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -22,24 +22,24 @@ const FEW: usize = 300;
 
 fuzz_target!(|bytes: &[u8]| {
     let Some((kind, bytes)) = bytes.split_first() else { return };
-    let kind = usize::from(*kind) % (ENDINGS.len() + 4);
-    let ending = ENDINGS.get(kind).unwrap_or(&["ply", "glb", "map", "toml"][kind.saturating_sub(ENDINGS.len())]);
+    let kind = usize::from(*kind) % (MESHES.len() + OTHERS.len());
+    let ending = MESHES.iter().chain(&OTHERS).nth(kind).expect("a number below their count");
     // A folder of its own, so that a glTF that names other files finds none.
     let folder = std::env::temp_dir().join(format!("seamwright_fuzz_{}", std::process::id()));
     fs::create_dir_all(&folder).expect("a folder for temporary files");
     let path = folder.join(format!("a.{ending}"));
     fs::write(&path, bytes).expect("a temporary file");
-    match kind {
-        0..=4 => read(&path),
-        5..=8 => labelled(&path),
-        9 => drop(refused(map_file::read(&path), &path)),
-        _ => {
+    match *ending {
+        _ if kind < MESHES.len() => read(&path),
+        "map" => map(&path, bytes),
+        "toml" => {
             let args = LearningArgs { file: Some(path.clone()), ..LearningArgs::default() };
             match Trainer::new(&args, 0) {
                 Err(Failure::Usage(text)) => assert!(text.contains(&path.display().to_string()), "{text}"),
                 other => drop(refused(other, &path)),
             }
         }
+        _ => labelled(&path),
     }
 });
 
@@ -88,6 +88,19 @@ fn written(loaded: &Loaded, uv: &[DVec2]) -> Loaded {
     let mut text = Vec::new();
     loaded.write_obj(&mut text, uv, None).expect("memory takes all bytes");
     load_obj(&PathBuf::from("again.obj"), text).expect("what is written can be read")
+}
+
+/// A map, with the checksum that belongs to it: what is read is written as the same bytes.
+fn map(path: &Path, bytes: &[u8]) {
+    let body = &bytes[..bytes.len().saturating_sub(8)];
+    let sum = body.iter().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3));
+    let whole = [body, &u64::to_le_bytes(sum)].concat();
+    fs::write(path, &whole).expect("a temporary file");
+    let Some(mut trainer) = refused(map_file::read(path), path) else { return };
+    trainer.summary.maps = trainer.given;
+    let mut again = Vec::new();
+    map_file::write(&mut again, &trainer).expect("memory takes all bytes");
+    assert!(again == whole, "another map");
 }
 
 /// Labels for a strip of two quads.
