@@ -64,7 +64,8 @@ fn sound() -> Vec<(&'static str, Vec<u8>)> {
         property list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n6 0 1 2 3 -1 0\n";
     let obj = "mtllib a.mtl\no a\nv 0 0 0\nv 1 0 0 .5 .5 .5\nv 1 1 0\nv 0 1 0.1\nvt 0 0\nvt 1 1\nvn 0 0 1\ng b\nusemtl red\ns 1\n\
         f 1/1/1 2/2/1 3/1/1\ns off\nf 1//1 3 4\\\n\nusemtl blue\no c\nf -4 -3 -2 -1\nl 1/1 2/2\n";
-    vec![("a.ply", ply.into()), ("strips.ply", strips.into()), ("a.obj", obj.into())]
+    let far = "v 0 0 0\nv 1e308 1 1\nv 0 1 0\nvt 1e300 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+    vec![("a.ply", ply.into()), ("strips.ply", strips.into()), ("a.obj", obj.into()), ("far.obj", far.into())]
 }
 
 #[test]

@@ -136,6 +136,10 @@ impl Loaded {
             }
             (Content::Ply(file), Format::Ply) => return Ok(ply_write::warnings(file)),
             (Content::Obj(_), Format::Obj) | (Content::Off(..), Format::Off) => return Ok(Vec::new()),
+            (_, Format::Glb | Format::Gltf) => {
+                gltf_compose::writable(model).map_err(|e| input_error(&self.path, e.line, &e.problem))?;
+                Vec::new()
+            }
             (_, Format::Ply) => ply_compose::losses(model),
             (_, Format::Off) => vec!["everything but vertices and polygons".into()],
             _ => Vec::new(),

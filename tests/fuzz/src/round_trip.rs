@@ -80,7 +80,10 @@ fn labelled(path: &Path, mesh: &Mesh) -> Option<String> {
         let out = folder.join(format!("a.{ending}"));
         let mut bytes = Vec::new();
         let kind = LabelKind::of(&out).expect("an ending of labels");
-        write::write(&mut bytes, kind, mesh, &labels).expect("memory takes all bytes");
+        if write::write(&mut bytes, kind, mesh, &labels).is_err() {
+            assert!(ending == "glb" && bytes.is_empty(), "memory takes all bytes");
+            continue; // a coordinate that no float holds
+        }
         fs::write(&out, &bytes).expect("a temporary file");
         match read::read("--labels", &out, mesh, path) {
             // A GLB has single precision and the order of its parts: faces at one place are one.

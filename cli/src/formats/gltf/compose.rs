@@ -22,6 +22,16 @@ use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 
+/// Refuses, before any work, what [`write`] could not write: coordinates that no float holds.
+pub fn writable(model: &Model) -> Result<(), FormatError> {
+    let mesh = &model.mesh;
+    let beyond = mesh.corners.iter().find(|v| !mesh.positions[**v as usize].as_vec3().is_finite());
+    beyond.map_or(Ok(()), |v| {
+        let text = format!("vertex {v} (from 0) has a coordinate beyond the single precision of a glTF");
+        Err(FormatError::whole(text + "; scale the mesh down, or write OBJ or PLY"))
+    })
+}
+
 /// The files of `model` as a glTF with the UVs of `mapping`.
 pub fn write(model: &Model, target: &Target, mapping: Mapping) -> Result<Files<'static>, WriteError> {
     let with_old_uv = (target.keep || target.uv_set > 0) && model.mesh.corner_uv.is_some();
@@ -192,8 +202,9 @@ impl NewScene<'_> {
         }
         if let Some(uv) = mesh.corner_uv.as_ref().filter(|_| self.with_old_uv) {
             let flip = |c: &u32| {
-                let uv = uv[*c as usize];
-                if uv.is_finite() { [uv.x as f32, (1.0 - uv.y) as f32] } else { [0.0; 2] }
+                let DVec2 { x, y } = uv[*c as usize];
+                let uv = [x as f32, (1.0 - y) as f32];
+                if uv.iter().all(|x| x.is_finite()) { uv } else { [0.0; 2] }
             };
             let flat = vertices.iter().flat_map(flip);
             attributes.insert("TEXCOORD_0", self.accessor(flat.collect(), "VEC2", vertices.len(), json!({})));
@@ -262,4 +273,21 @@ fn flat_normal(mesh: &Mesh, corners: core::ops::Range<usize>) -> Vec3 {
     let sum: DVec3 = ends.map(|(a, b)| (at(a) - origin).cross(at(b) - origin)).sum();
     let normal = sum.normalize_or_zero().as_vec3();
     if normal == Vec3::ZERO { Vec3::Z } else { normal } // what has no area may face anywhere
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_beyond_floats_are_refused_before_any_work() {
+        let of = |far: f64, corners: &[u32]| {
+            let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z * far];
+            Model::of(Mesh { positions, corners: corners.to_vec(), polygon_start: vec![0, 3], ..Mesh::default() })
+        };
+        assert!(writable(&of(3e38, &[0, 1, 3])).is_ok());
+        assert!(writable(&of(1e39, &[0, 1, 2])).is_ok(), "no polygon has it");
+        let error = writable(&of(-1e39, &[0, 1, 3])).unwrap_err();
+        assert!(error.problem.contains("vertex 3"), "{}", error.problem);
+    }
 }

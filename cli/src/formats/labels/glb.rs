@@ -8,8 +8,12 @@ use seamwright_core::judge::input::fan;
 use serde_json::json;
 use std::io::{self, Write};
 
-/// Writes `mesh` with `colours[l]` (sRGB) on each polygon of label l.
+/// Writes `mesh` with `colours[l]` (sRGB) on each polygon of label l; an error, before any byte, where a coordinate is beyond floats.
 pub fn write(out: &mut dyn Write, mesh: &Mesh, labels: &[u32], colours: &[[u8; 3]]) -> io::Result<()> {
+    if let Some(v) = mesh.positions.iter().position(|p| !p.as_vec3().is_finite()) {
+        let text = format!("vertex {v} (from 0) is beyond the single precision of a GLB; write a .ply, .seg or .json");
+        return Err(io::Error::other(text));
+    }
     let mut data: Vec<u8> = Vec::new();
     let single = |p: &glam::DVec3| p.as_vec3().to_array();
     data.extend(mesh.positions.iter().flat_map(single).flat_map(f32::to_le_bytes));
