@@ -127,15 +127,14 @@ fn written(loaded: &Loaded, target: &Target) -> Option<String> {
     };
     fs::remove_dir_all(folder).expect("a temporary folder");
     let back = again.mesh();
+    if matches!(target.format, Format::Glb | Format::Gltf) {
+        return as_triangles(mesh, back, &uv);
+    }
     if back.polygon_start != mesh.polygon_start {
-        // Polygons become triangles.
-        let triangles: usize = mesh.polygons().map(|p| p.len() - 2).sum();
-        let is_cut = matches!(target.format, Format::Glb | Format::Gltf) && back.polygon_count() == triangles;
-        return (!is_cut).then(|| format!("{} polygons, not {}", back.polygon_count(), mesh.polygon_count()));
+        return Some(format!("{} polygons, not {}", back.polygon_count(), mesh.polygon_count()));
     }
     let places = |mesh: &Mesh| -> Vec<DVec3> { mesh.corners.iter().map(|v| mesh.positions[*v as usize]).collect() };
-    let is_same = |(a, b): (&DVec3, &DVec3)| a == b || a.as_vec3() == b.as_vec3();
-    if !places(mesh).iter().zip(&places(back)).all(is_same) {
+    if !places(mesh).iter().zip(&places(back)).all(|(a, b)| is_same(*a, *b)) {
         return Some("other positions".into());
     }
     if target.format != Format::Off && back.corner_uv.as_deref() != Some(&uv[..]) {
@@ -143,4 +142,37 @@ fn written(loaded: &Loaded, target: &Target) -> Option<String> {
         return Some(format!("other UVs, first at corner {differs:?}"));
     }
     None
+}
+
+/// Whether two coordinates are the same to a reader of floats.
+fn is_same(a: DVec3, b: DVec3) -> bool {
+    a == b || a.as_vec3() == b.as_vec3()
+}
+
+/// What is wrong with the triangles of a glTF, where polygons are cut and stand by object and material. A corner of the mesh is
+/// known by its UV.
+fn as_triangles(mesh: &Mesh, back: &Mesh, uv: &[DVec2]) -> Option<String> {
+    let polygon_of: Vec<usize> = mesh.polygons().enumerate().flat_map(|(p, corners)| corners.map(move |_| p)).collect();
+    let mut left: Vec<usize> = mesh.polygons().map(|p| p.len() - 2).collect();
+    let back_uv = back.corner_uv.as_deref().unwrap_or_default();
+    for corners in back.polygons() {
+        let mut polygons = Vec::new();
+        for c in corners {
+            let own = back_uv.get(c).copied().unwrap_or(DVec2::NAN);
+            let known = (own.x * 1024.0 + own.y * 1024.0 * 1024.0) as usize;
+            if uv.get(known) != Some(&own) {
+                return Some(format!("other UVs, first at corner {c}"));
+            }
+            if !is_same(mesh.positions[mesh.corners[known] as usize], back.positions[back.corners[c] as usize]) {
+                return Some("other positions".into());
+            }
+            polygons.push(polygon_of[known]);
+        }
+        let first = polygons[0];
+        if polygons != [first; 3] || left[first] == 0 {
+            return Some(format!("a triangle of polygons {polygons:?}"));
+        }
+        left[first] -= 1;
+    }
+    left.iter().any(|n| *n > 0).then(|| "triangles are missing".into())
 }
