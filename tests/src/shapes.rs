@@ -46,6 +46,40 @@ pub fn sphere() -> Mesh {
     mesh(positions, &polygons)
 }
 
+/// A pear that is its own mirror image in the plane y = 0, along its edges, and in no other; and for each corner its mirror image.
+pub fn pear() -> (Mesh, Vec<usize>) {
+    let (columns, rows) = (24, 12);
+    let half = columns / 2;
+    let point = |c: u32, r: u32| {
+        let (a, b) = (f64::from(c) * PI / f64::from(half), f64::from(r + 1) * PI / f64::from(rows + 2));
+        let p = DVec3::new(b.sin() * a.cos(), b.sin() * a.sin(), -b.cos());
+        p * (1.0 + 0.3 * p.z + 0.3 * p.x * p.z + 0.25 * p.x * p.y * p.y)
+    };
+    // One half, and behind it the other: polygon after polygon, corner after corner from the same first one round the other way.
+    let side = (half + 1) * (rows + 1);
+    let mut positions: Vec<DVec3> = (0..=rows).flat_map(|r| (0..=half).map(move |c| point(c, r))).collect();
+    let (south, north) = (2 * side, 2 * side + 1);
+    let mut polygons = lattice(half, rows, |c, r| r * (half + 1) + c);
+    for c in 0..half {
+        polygons.push(vec![south, c + 1, c]);
+        polygons.push(vec![north, rows * (half + 1) + c, rows * (half + 1) + c + 1]);
+    }
+    positions.extend(positions.clone().iter().map(|p| DVec3::new(p.x, -p.y, p.z)));
+    positions.extend([DVec3::Z * -0.7, DVec3::Z * 1.3]);
+    let is_in_plane = |v: u32| v < side && [0, half].contains(&(v % (half + 1)));
+    let image = |v: u32| if v >= side || is_in_plane(v) { v } else { v + side };
+    let behind = polygons.iter().map(|p| [0].into_iter().chain((1..p.len()).rev()).map(|i| image(p[i])).collect());
+    let behind: Vec<Vec<u32>> = behind.collect();
+    let first: usize = polygons.iter().map(Vec::len).sum();
+    let mut mirror = Vec::new();
+    for p in polygons.iter().chain(&behind) {
+        let at = mirror.len();
+        let there = if at < first { at + first } else { at - first };
+        mirror.extend((0..p.len()).map(|i| there + (p.len() - i) % p.len()));
+    }
+    (mesh(positions, &[polygons, behind].concat()), mirror)
+}
+
 /// A torus: one handle.
 pub fn torus() -> Mesh {
     let (columns, rows) = (30, 16);

@@ -1,7 +1,7 @@
 //! Copies and mirror images laid over one another on purpose: fewer texels, no fault, and partial overlap stays one.
 
 use core::sync::atomic::AtomicBool;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use seamwright::certificate::verdict::{Rules, verdict};
 use seamwright::formats::loaded::load;
 use seamwright::mesh::polygons::Mesh;
@@ -11,6 +11,7 @@ use seamwright_core::base::workers::{Serial, Workers};
 use seamwright_core::pipeline::{Input, Report, Settings, Stacking};
 use seamwright_tests::road::{Atlas, input, judge, run_told};
 use seamwright_tests::scenes::{Placed, Scene, scattered};
+use seamwright_tests::shapes::{mesh, pear};
 use std::path::Path;
 
 /// An animal of 500 faces that no symmetry of its mesh maps to itself.
@@ -40,7 +41,7 @@ fn bodies_worth(body: &Mesh, scene: &Scene, atlas: &Atlas, report: &Report) -> f
     let uv = uv_of(scene, atlas, 0);
     let doubled = |at: core::ops::Range<usize>| {
         let points = &uv[at];
-        (0..points.len()).map(|i| points[i].perp_dot(points[(i + 1) % points.len()])).sum::<f64>()
+        (0..points.len()).map(|i| points[i].perp_dot(points[(i + 1) % points.len()])).sum::<f64>().abs()
     };
     report.utilisation / (0.5 * body.polygons().map(doubled).sum::<f64>())
 }
@@ -82,6 +83,7 @@ fn mirror_images_share_texels_where_that_is_asked_for_and_not_before() {
     let m = judge(&scene.mesh, &atlas);
     assert_eq!((m.exact.overlapping_faces, m.exact.flipped_faces, m.charts.flipped_faces), (0, 0, 0));
     assert_eq!((2 * m.charts.mirrored, 2 * m.stacked.charts), (m.charts.count, m.charts.count));
+    assert!(report.distortion <= Settings::default().distortion, "{}", report.distortion);
 }
 
 #[test]
@@ -113,4 +115,103 @@ fn judges_know_a_stack_from_a_fault() {
         assert!(m.exact.overlapping_faces > 100 && m.stacked.charts == 0, "{:?}", m.exact);
         assert!(faults(&atlas, true) > 0);
     }
+}
+
+#[test]
+fn a_piece_that_is_its_own_mirror_image_lies_folded_in_its_plane() {
+    let (pear, mirror) = pear();
+    let one = Placed { mesh: &pear, mirrored: false };
+    let scene = scattered(&[one], 5, Some(6));
+    let (atlas, report) = unwrapped(&scene, Stacking::Mirrored, 0, &Serial);
+    let uv = uv_of(&scene, &atlas, 0);
+    assert_eq!(mirror.iter().map(|c| uv[*c]).collect::<Vec<_>>(), uv);
+    let m = judge(&scene.mesh, &atlas);
+    assert_eq!((m.exact.overlapping_faces, m.exact.flipped_faces, m.charts.flipped_faces), (0, 0, 0));
+    assert_eq!((report.chart_count, report.stacked), (m.charts.count, m.stacked.charts));
+    assert_eq!((2 * m.stacked.charts, 2 * m.stacked.faces), (m.charts.count, m.faces));
+    assert!(report.distortion <= Settings::default().distortion, "{}", report.distortion);
+    // Half of the texels, and no seam in the plane.
+    let apart = unwrapped(&scene, Stacking::Same, 0, &Serial);
+    let share = bodies_worth(&pear, &scene, &atlas, &report) / bodies_worth(&pear, &scene, &apart.0, &apart.1);
+    assert!((share - 0.5).abs() <= 0.05 * 0.5, "{share}");
+    let whole = judge(&scene.mesh, &apart.0);
+    assert!(whole.seams.length > 1.3 * m.seams.length, "{} {}", whole.seams.length, m.seams.length);
+    let mesh = Mesh { corner_uv: Some(atlas.corner_uv.clone()), ..scene.mesh.clone() };
+    let faults = |stacks| verdict(&mesh, Rules { stacks, ..Rules::default() }).faults.len();
+    assert!(faults(true) == 0 && faults(false) > 0);
+}
+
+#[test]
+fn folded_copies_lie_on_one_half_of_the_first() {
+    let (pear, mirror) = pear();
+    let scene = scattered(&[false, true, false].map(|mirrored| Placed { mesh: &pear, mirrored }), 7, Some(6));
+    let (atlas, report) = unwrapped(&scene, Stacking::Mirrored, 0, &Serial);
+    let first = uv_of(&scene, &atlas, 0);
+    for k in 1..3 {
+        let uv = uv_of(&scene, &atlas, k);
+        assert!(uv == first || mirror.iter().map(|c| uv[*c]).eq(first.iter().copied()), "copy {k}");
+    }
+    assert_eq!(6 * (report.chart_count - report.stacked), report.chart_count);
+    assert_eq!(judge(&scene.mesh, &atlas).exact.overlapping_faces, 0);
+}
+
+#[test]
+fn halves_that_differ_and_kept_uvs_are_left_whole() {
+    let (mut pear, _) = pear();
+    let whole = Placed { mesh: &pear, mirrored: false };
+    let mut scene = scattered(&[whole], 5, Some(6));
+    let (atlas, _) = unwrapped(&scene, Stacking::Off, 0, &Serial);
+    scene.mesh.corner_uv = Some(atlas.corner_uv);
+    let kept = input(&scene.mesh);
+    let kept = Input { kept_uv: scene.mesh.corner_uv.as_deref(), tolerance: scene.mesh.tolerance, ..kept };
+    let settings = Settings { rays: 64, effort: 0.1, stack: Stacking::Mirrored, ..Settings::default() };
+    let (_, report) = run_told(&kept, &settings, &Serial, 0, &mut Silent, &AtomicBool::new(false)).expect("an atlas");
+    assert_eq!(report.stacked, 0);
+    // A dent of a tenth on one side.
+    pear.positions[40] *= 0.9;
+    let scene = scattered(&[Placed { mesh: &pear, mirrored: false }], 5, Some(6));
+    assert_eq!(unwrapped(&scene, Stacking::Mirrored, 0, &Serial).1.stacked, 0);
+}
+
+#[test]
+fn quads_that_are_parted_the_other_way_fold_all_the_same() {
+    let (pear, _) = pear();
+    // Triangles, from the first corner of a polygon in front and from the second of one behind.
+    let half = pear.polygon_count() / 2;
+    let triangles: Vec<Vec<u32>> = (0..pear.polygon_count())
+        .flat_map(|p| {
+            let mut corners = pear.corners[pear.polygon(p)].to_vec();
+            corners.rotate_left(usize::from(p >= half));
+            (1..corners.len() - 1).map(|i| vec![corners[0], corners[i], corners[i + 1]]).collect::<Vec<_>>()
+        })
+        .collect();
+    let pear = mesh(pear.positions, &triangles);
+    let scene = scattered(&[Placed { mesh: &pear, mirrored: false }], 5, Some(6));
+    let (atlas, report) = unwrapped(&scene, Stacking::Mirrored, 0, &Serial);
+    let m = judge(&scene.mesh, &atlas);
+    assert_eq!((m.exact.overlapping_faces, m.exact.flipped_faces, m.charts.flipped_faces), (0, 0, 0));
+    assert_eq!((report.chart_count, report.stacked), (m.charts.count, m.stacked.charts));
+    assert_eq!((2 * m.stacked.charts, 2 * m.stacked.faces), (m.charts.count, m.faces));
+    assert!(report.distortion <= Settings::default().distortion, "{}", report.distortion);
+    let mesh = Mesh { corner_uv: Some(atlas.corner_uv), ..scene.mesh };
+    assert_eq!(verdict(&mesh, Rules { stacks: true, ..Rules::default() }).faults, []);
+}
+
+#[test]
+fn a_piece_with_a_quad_that_does_not_fold_over_its_other_diagonal_stays_whole() {
+    // A quad p s q r whose angle at p is above 180 degrees, and its mirror image in the upright plane through q and r.
+    let at = DVec3::new;
+    let [p, s, q, r] = [at(0.0, 0.1, 0.05), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0), at(-1.0, 0.0, 0.0)];
+    let behind = |v: DVec3| at(v.y - 1.0, v.x + 1.0, v.z);
+    let folded = |behind_faces: [Vec<u32>; 2]| {
+        let faces = [vec![vec![0, 1, 2], vec![0, 2, 3]], behind_faces.to_vec()].concat();
+        let kite = mesh(vec![p, s, q, r, behind(p), behind(s)], &faces);
+        let scene = scattered(&[Placed { mesh: &kite, mirrored: false }], 5, Some(9));
+        let (atlas, report) = unwrapped(&scene, Stacking::Mirrored, 0, &Serial);
+        let m = judge(&scene.mesh, &atlas);
+        assert_eq!((m.exact.overlapping_faces, m.exact.flipped_faces, report.flipped), (0, 0, 0));
+        report.stacked
+    };
+    assert_eq!(folded([vec![4, 2, 5], vec![4, 3, 2]]), 1);
+    assert_eq!(folded([vec![4, 3, 5], vec![5, 3, 2]]), 0);
 }

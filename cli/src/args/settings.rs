@@ -97,7 +97,7 @@ pub enum StackArg {
     Off,
     /// Those that are the same but for where they are and how they are turned lie over one another
     Same,
-    /// Mirror images too; their UVs are mirrored
+    /// Mirror images too, and the halves of what is its own mirror image; their UVs are mirrored
     Mirrored,
 }
 

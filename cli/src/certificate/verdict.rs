@@ -88,7 +88,7 @@ pub fn verdict(mesh: &Mesh, rules: Rules) -> Verdict {
         }
     }
     if rules.stacks {
-        verdict.stacked = leave_out(&mut faces, &mut rings, uv, &wedge);
+        verdict.stacked = leave_out(&mut faces, &mut rings, mesh, uv, &wedge);
     }
     let areas: Vec<f64> = rings.iter().map(|ring| area(mesh, ring).0).collect();
     let turned = turned(&rings, &place, &wedge, &areas);
@@ -121,13 +121,19 @@ pub fn verdict(mesh: &Mesh, rules: Rules) -> Verdict {
 }
 
 /// Takes out the faces whose charts lie on others; how many.
-fn leave_out(faces: &mut Vec<u32>, rings: &mut Vec<Vec<u32>>, uv: &[DVec2], wedge: &[u32]) -> usize {
-    let lies_on = stacked(rings, uv, wedge);
+fn leave_out(faces: &mut Vec<u32>, rings: &mut Vec<Vec<u32>>, mesh: &Mesh, uv: &[DVec2], wedge: &[u32]) -> usize {
+    let lies_on = stacked(rings, uv, wedge, |ring| has_no_area(mesh, ring));
     let mut marks = lies_on.iter();
     faces.retain(|_| marks.next() == Some(&false));
     let mut marks = lies_on.iter();
     rings.retain(|_| marks.next() == Some(&false));
     lies_on.iter().filter(|on| **on).count()
+}
+
+/// Whether a face has no area on the mesh.
+fn has_no_area(mesh: &Mesh, ring: &[u32]) -> bool {
+    let (area, longest) = area(mesh, ring);
+    area <= FLAT * longest
 }
 
 struct Plane<'a> {
@@ -154,7 +160,7 @@ impl Plane<'_> {
             if rings.len() > 1 && self.tile(p, ring) {
                 continue;
             }
-            if !self.is_flat(ring) {
+            if !has_no_area(self.mesh, ring) {
                 let is_empty = ring.iter().all(|c| self.uv[*c as usize] == self.uv[ring[0] as usize])
                     || doubled_area(ring.iter().map(|c| self.uv[*c as usize])) == 0.0;
                 return Some(if is_empty { Fault::Empty(p) } else { Fault::Flipped(p) });
@@ -175,11 +181,6 @@ impl Plane<'_> {
         self.rings.push(ring.to_vec());
         self.faces.push(p);
         true
-    }
-
-    fn is_flat(&self, ring: &[u32]) -> bool {
-        let (area, longest) = area(self.mesh, ring);
-        area <= FLAT * longest
     }
 
     /// Adds a fault for each triangle, up to [`MOST`] in all, that overlaps another.

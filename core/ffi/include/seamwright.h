@@ -131,7 +131,7 @@
 // Pieces that are the same shape moved lie over one another.
 #define SEAMWRIGHT_STACK_SAME 1
 
-// Mirror images do too; their UVs are mirrored.
+// Mirror images do too, and the halves of what is its own mirror image; their UVs are mirrored.
 #define SEAMWRIGHT_STACK_MIRRORED 2
 
 // The edge is a cut whatever it costs.

@@ -32,7 +32,7 @@ pub const SEAMWRIGHT_WELD_AUTO: f64 = -1.0;
 pub const SEAMWRIGHT_STACK_OFF: u32 = 0;
 /// Pieces that are the same shape moved lie over one another.
 pub const SEAMWRIGHT_STACK_SAME: u32 = 1;
-/// Mirror images do too; their UVs are mirrored.
+/// Mirror images do too, and the halves of what is its own mirror image; their UVs are mirrored.
 pub const SEAMWRIGHT_STACK_MIRRORED: u32 = 2;
 /// The edge is a cut whatever it costs.
 pub const SEAMWRIGHT_EDGE_CUT: u8 = 1;

@@ -21,8 +21,38 @@ const EFFORT: usize = 64;
 const SLACK: f64 = 10.0;
 /// The same over a piece's size, where that is less: digits too few for a small piece would make all small pieces alike.
 const COARSEST: f64 = 1e-3;
-/// Mean energy over 4, less 1, of the map from one piece to the other, up to which charts serve both.
+/// And where one piece takes the other's place in the texture anyway: the mirrored halves of figures from games, whose coordinates are
+/// 1/64 apart, differ by 2.5e-3 of their size, and their edges by more.
+const NEAR: f64 = 4e-3;
+/// Mean energy over 4, less 1, of the map from one piece to the other, up to which charts are as true to both.
 const STRAIN: f64 = 1e-6;
+/// The same where one piece takes the other's place.
+const NEAR_STRAIN: f64 = 1e-3;
+
+/// What counts as alike.
+#[derive(Clone, Copy, Debug)]
+pub struct Likeness {
+    /// How far each coordinate may be off, of a mesh of about size 1.
+    pub tolerance: f64,
+    /// How far places may be apart over a piece's size, where that is less.
+    pub coarsest: f64,
+    /// Mean energy over 4, less 1, of the map from one piece to the other.
+    pub strain: f64,
+    /// Whether what is mirrored is.
+    pub mirrored: bool,
+}
+
+impl Likeness {
+    /// What is one shape to the last digit.
+    pub fn exact(tolerance: f64) -> Self {
+        Self { tolerance, coarsest: COARSEST, strain: STRAIN, mirrored: false }
+    }
+
+    /// What was meant to be one shape, but for a trifle.
+    pub fn near(mirrored: bool) -> Self {
+        Self { tolerance: f64::INFINITY, coarsest: NEAR, strain: NEAR_STRAIN, mirrored }
+    }
+}
 
 /// What stays as it is where a piece is moved.
 #[repr(C)]
@@ -65,9 +95,9 @@ impl Invariants {
         }
     }
 
-    /// How far two places may be apart that are the same, where each coordinate may be off by `tolerance`.
-    pub fn slack(&self, tolerance: f64) -> f64 {
-        (SLACK * tolerance).min(COARSEST * self.reach)
+    /// How far two places may be apart that are the same.
+    pub fn slack(&self, likeness: Likeness) -> f64 {
+        (SLACK * likeness.tolerance).min(likeness.coarsest * self.reach)
     }
 
     /// Whether the piece may be `other` moved, by figures alone.
@@ -96,6 +126,8 @@ pub struct Comparison<'p> {
     pub mirrored: bool,
     /// How far places may be apart.
     pub slack: f64,
+    /// See [`Likeness::strain`].
+    pub strain: f64,
 }
 
 /// Fills `image` with the corner of `onto` on which each corner of `from` comes to lie; whether there is such a motion. Without,
@@ -256,17 +288,21 @@ impl Comparison<'_> {
 
     /// Whether a chart of `onto` is as true to `from`, but for a trifle.
     fn is_true(&self, image: &[u32]) -> bool {
-        let rest = self.from.rest;
-        let flat = flat_area(rest);
-        let (mut energy, mut area) = (0.0, 0.0);
-        for (rest, on) in rest.iter().zip(image.as_chunks::<3>().0).filter(|(rest, _)| rest.area > flat) {
-            let [p, q, r] = on.map(|c| self.onto.mesh.position(c));
-            let (side, arm) = (q - p, r - p);
-            let length = side.length();
-            let tip = DVec2::new(arm.dot(side), arm.cross(side).length()) / length;
-            energy += rest.area * rest.energy([DVec2::ZERO, DVec2::new(length, 0.0), tip]) * 0.25;
-            area += rest.area;
-        }
-        energy <= area * (1.0 + STRAIN)
+        strain(image, self.from, self.onto) <= self.strain
     }
+}
+
+/// Mean energy over 4, less 1, of the map that lays each corner of `from` where its `image` on `onto` is.
+pub fn strain(image: &[u32], from: &Surface, onto: &Surface) -> f64 {
+    let flat = flat_area(from.rest);
+    let (mut energy, mut area) = (0.0, 0.0);
+    for (rest, on) in from.rest.iter().zip(image.as_chunks::<3>().0).filter(|(rest, _)| rest.area > flat) {
+        let [p, q, r] = on.map(|c| onto.mesh.position(c));
+        let (side, arm) = (q - p, r - p);
+        let length = side.length();
+        let tip = DVec2::new(arm.dot(side), arm.cross(side).length()) / length;
+        energy += rest.area * rest.energy([DVec2::ZERO, DVec2::new(length, 0.0), tip]) * 0.25;
+        area += rest.area;
+    }
+    if area > 0.0 { energy / area - 1.0 } else { 0.0 }
 }

@@ -6,7 +6,7 @@
 //! Guarantee: a copy has its original's cuts and UVs, corner by corner; whatever is not surely alike stands for itself.
 //! Cost: O(f log f); a piece is compared with [`TRIES`] shapes of its figures at the most.
 
-use super::congruence::{Comparison, Invariants, lay_onto, lay_onto_need};
+use super::congruence::{Comparison, Invariants, Likeness, lay_onto, lay_onto_need};
 use super::pieces::Pieces;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
@@ -34,20 +34,20 @@ pub const fn copies_keep(faces: usize) -> usize {
 /// Scratch bytes that [`Copies::find`] keeps or uses.
 pub const fn copies_need(faces: usize) -> usize {
     copies_keep(faces)
-        + 2 * bytes_for::<u32>(faces)
+        + 3 * bytes_for::<u32>(faces)
         + bytes_for::<Invariants>(faces)
-        + bytes_for::<u32>(3 * faces)
+        + 2 * bytes_for::<u32>(3 * faces)
         + lay_onto_need(faces, 3 * faces)
 }
 
 impl<'a> Copies<'a> {
-    /// Finds them. Pieces that are marked in `kept` (one a piece; no entry: not marked) stand for themselves. Each coordinate, of
-    /// a mesh of about size 1, may be off by `tolerance`. With `mirrored`, what is mirrored is alike too.
+    /// Finds them. Pieces that are marked in `kept` (one a piece; no entry: not marked) stand for themselves.
+    /// `mirror` names the mirror image of each corner of the given mesh, or none: what is a mirror image of another piece is laid on it so.
     pub fn find(
         pieces: &Pieces,
         kept: &[u8],
-        tolerance: f64,
-        mirrored: bool,
+        likeness: Likeness,
+        mirror: &[u32], // (3 f of the given mesh), or empty
         keep: &mut Scratch<'a>,
     ) -> Result<Self, ScratchTooSmall> {
         let count = pieces.count();
@@ -58,9 +58,14 @@ impl<'a> Copies<'a> {
         let image = keep.take::<u32>(pieces.source.len())?;
         let is_mirrored = keep.take::<u8>(count)?;
         let leader = keep.take::<u32>(count)?;
-        let tolerance = tolerance.max(FINEST);
-        let mut gathering = Gathering { pieces, tolerance, mirrored, image, is_mirrored };
-        gathering.gather(leader, kept, keep.frame())?;
+        let likeness = Likeness { tolerance: likeness.tolerance.max(FINEST), ..likeness };
+        let mut gathering = Gathering { pieces, likeness, image, is_mirrored };
+        {
+            let mut frame = keep.frame();
+            let halves = Halves::new(pieces, mirror, &mut frame)?;
+            gathering.gather(leader, &halves, kept, frame)?;
+            gathering.unfold(leader, &halves);
+        }
         gathering.begin_with_first(original, leader, keep.frame())?;
         if original.iter().zip(0..).all(|(o, p)| *o == p) {
             return Ok(Self::default());
@@ -127,7 +132,9 @@ impl<'a> Copies<'a> {
         let times = self.counts(pieces.count(), &mut scratch)?;
         for p in (0..pieces.count()).filter(|p| self.is_copy(*p)) {
             for slot in pieces.corners(p) {
-                cost[self.half_edge(p, slot, pieces)] += cost[slot];
+                let on = self.half_edge(p, slot, pieces);
+                // A diagonal that only the copy has lies on no half-edge, and is never cut.
+                cost[on] += if cost[slot].is_infinite() && cost[on].is_finite() { 0.0 } else { cost[slot] };
             }
         }
         for (p, times) in times.iter().enumerate().filter(|(_, times)| **times > 1) {
@@ -158,18 +165,56 @@ impl<'a> Copies<'a> {
     }
 }
 
+/// Pieces that are halves of one in its mirror plane.
+struct Halves<'a> {
+    mirror: &'a [u32],
+    slot: &'a [u32],  // (3 f) place of each corner of the given mesh
+    piece: &'a [u32], // (f) piece of each face, by its place
+}
+
+impl<'a> Halves<'a> {
+    fn new<'k: 'a>(pieces: &Pieces, mirror: &'a [u32], keep: &mut Scratch<'k>) -> Result<Self, ScratchTooSmall> {
+        let count = if mirror.is_empty() { 0 } else { pieces.source.len() };
+        let (slot, piece) = (keep.take::<u32>(count)?, keep.take::<u32>(count / 3)?);
+        if count > 0 {
+            pieces.source.iter().zip(0..).for_each(|(source, at)| slot[*source as usize] = at);
+            (0..pieces.count()).for_each(|p| {
+                let corners = pieces.corners(p);
+                piece[corners.start / 3..corners.end / 3].fill(p as u32);
+            });
+        }
+        Ok(Self { mirror, slot, piece })
+    }
+
+    /// The half of which piece `p` is the mirror image, if that comes before it.
+    fn first(&self, p: usize, pieces: &Pieces) -> Option<usize> {
+        let first = self.piece.get(self.image(pieces.corners(p).start, pieces)? / 3)?;
+        Some(*first as usize).filter(|first| *first < p)
+    }
+
+    /// Place of the mirror image of the corner at place `slot`, if it has one.
+    fn image(&self, slot: usize, pieces: &Pieces) -> Option<usize> {
+        self.slot.get(*self.mirror.get(pieces.source[slot] as usize)? as usize).map(|slot| *slot as usize)
+    }
+}
+
 /// The search for what is alike.
 struct Gathering<'s, 'a> {
     pieces: &'s Pieces<'s>,
-    tolerance: f64,
-    mirrored: bool,
+    likeness: Likeness,
     image: &'a mut [u32],
     is_mirrored: &'a mut [u8],
 }
 
 impl Gathering<'_, '_> {
-    /// Names for each piece one of its shape, the leader, onto which it is laid.
-    fn gather(&mut self, leader: &mut [u32], kept: &[u8], mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    /// Names for each piece one of its shape, the leader, onto which it is laid; but for other halves.
+    fn gather(
+        &mut self,
+        leader: &mut [u32],
+        halves: &Halves,
+        kept: &[u8],
+        mut scratch: Scratch,
+    ) -> Result<(), ScratchTooSmall> {
         let count = leader.len();
         let figures = scratch.take::<Invariants>(count)?;
         figures.iter_mut().enumerate().for_each(|(p, f)| *f = Invariants::of(&self.pieces.bare_surface(p)));
@@ -180,10 +225,10 @@ impl Gathering<'_, '_> {
         let leaders = scratch.take::<u32>(count)?;
         let mut known = 0;
         for p in order.iter().copied() {
-            let slack = of(&p).slack(self.tolerance);
+            let slack = of(&p).slack(self.likeness);
             leader[p as usize] = p;
             self.lie_still(p as usize);
-            if kept.get(p as usize).is_some_and(|kept| *kept != 0) {
+            if kept.get(p as usize).is_some_and(|kept| *kept != 0) || halves.first(p as usize, self.pieces).is_some() {
                 continue;
             }
             // The nearest areas come last.
@@ -206,6 +251,18 @@ impl Gathering<'_, '_> {
         Ok(())
     }
 
+    /// Lays other halves on their first ones, and so on their leaders.
+    fn unfold(&mut self, leader: &mut [u32], halves: &Halves) {
+        for (p, first) in (0..leader.len()).filter_map(|p| Some((p, halves.first(p, self.pieces)?))) {
+            leader[p] = leader[first];
+            self.is_mirrored[p] = 1 ^ self.is_mirrored[first];
+            for slot in self.pieces.corners(p) {
+                let Some(on) = halves.image(slot, self.pieces) else { continue };
+                self.image[slot] = self.image[on];
+            }
+        }
+    }
+
     /// Lays piece `p` on itself.
     fn lie_still(&mut self, p: usize) {
         self.image[self.pieces.corners(p)].iter_mut().zip(0..).for_each(|(i, c)| *i = c);
@@ -222,8 +279,8 @@ impl Gathering<'_, '_> {
         mut scratch: Scratch,
     ) -> Result<bool, ScratchTooSmall> {
         let (from, onto) = (self.pieces.bare_surface(p), self.pieces.bare_surface(l));
-        for mirrored in [false, true].into_iter().take(1 + usize::from(self.mirrored)) {
-            let pair = Comparison { from: &from, onto: &onto, figures, mirrored, slack };
+        for mirrored in [false, true].into_iter().take(1 + usize::from(self.likeness.mirrored)) {
+            let pair = Comparison { from: &from, onto: &onto, figures, mirrored, slack, strain: self.likeness.strain };
             if lay_onto(&mut self.image[self.pieces.corners(p)], pair, scratch.frame())? {
                 self.is_mirrored[p] = mirrored.into();
                 return Ok(true);

@@ -1,5 +1,6 @@
 //! Copies among small bodies.
 
+use super::congruence::Likeness;
 use super::copies::{Copies, copies_need};
 use super::pieces::{Pieces, pieces_need};
 use crate::base::scratch::Scratch;
@@ -58,7 +59,9 @@ fn with<T>(
     let mut bytes = vec![0; pieces_need(faces.len())];
     let pieces = Pieces::new(mesh, &twin, &vec![0; corners], &cost, &mut Scratch::new(&mut bytes)).unwrap();
     let mut bytes = vec![0; copies_need(faces.len())];
-    let copies = Copies::find(&pieces, kept, 1e-9, mirrored, &mut Scratch::new(&mut bytes)).unwrap();
+    let copies =
+        Copies::find(&pieces, kept, Likeness { mirrored, ..Likeness::exact(1e-9) }, &[], &mut Scratch::new(&mut bytes))
+            .unwrap();
     then(&pieces, &copies)
 }
 
@@ -144,7 +147,8 @@ fn short_memory_is_an_error() {
     let (a, b) = (moved(1), moved(2));
     with(scene(&[&a, &b], &[false; 2]), &[], false, |pieces, _| {
         for bytes in [0, 16, 100, 250] {
-            let found = Copies::find(pieces, &[], 0.0, false, &mut Scratch::new(&mut vec![0; bytes])).map(|_| ());
+            let found = Copies::find(pieces, &[], Likeness::exact(0.0), &[], &mut Scratch::new(&mut vec![0; bytes]))
+                .map(|_| ());
             assert!(found.is_err(), "{bytes}");
         }
     });

@@ -4,7 +4,9 @@ pub mod congruence;
 pub mod copies;
 #[cfg(test)]
 mod copies_tests;
+pub mod halves;
 pub mod list;
+pub mod mirror;
 pub mod patch;
 pub mod paths;
 pub mod pieces;

@@ -179,9 +179,13 @@ mod tests {
     fn a_tetrahedron_of_one_chart_is_closed() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-        let uv =
-            faces.map(|t: [u32; 3]| t.map(|v| corners[v as usize].truncate() + corners[v as usize].z * DVec2::ONE));
-        let charts = judge_mesh(&corners, &faces, &uv);
-        assert_eq!((charts.non_disks, charts.closed_or_handled), (1, 1));
+        let flattened = |top: f64| {
+            let place = |v: u32| corners[v as usize].truncate() + corners[v as usize].z * top * DVec2::ONE;
+            let charts = judge_mesh(&corners, &faces, &faces.map(|t: [u32; 3]| t.map(place)));
+            (charts.count, charts.non_disks, charts.closed_or_handled)
+        };
+        assert_eq!(flattened(0.3), (1, 1, 1));
+        // As a convex quad it is two that coincide, folded along their border.
+        assert_eq!(flattened(1.0), (2, 0, 0));
     }
 }

@@ -7,8 +7,9 @@
 //! that has two sides holds a contradiction. Edges of more than two faces and copies of one face (the same three places)
 //! join nothing.
 
+use super::edges::Edge;
 use super::input::UvMesh;
-use super::wedges::{Edge, UvTopology};
+use super::wedges::UvTopology;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::union_find::UnionFind;
 use crate::mesh::view::NONE;

@@ -49,7 +49,7 @@ pub struct Metrics {
     pub coverage: Coverage,
     /// Overlaps and flips decided exactly.
     pub exact: Exact,
-    /// Charts that coincide with another, face by face: they count as no overlap, and texels under them once.
+    /// Charts that coincide with another: they count as no overlap, and texels under them once.
     pub stacked: Stacked,
     /// Chart areas and texel density.
     pub atlas: Atlas,
@@ -158,7 +158,7 @@ pub fn measure(
     let area = sum_where(&|_| true);
     let stacked = scratch.take::<u8>(faces)?;
     let bits = grid_bits(uv_box.map_or(0.0, |b| b.low.abs().max(b.high.abs()).max_element()));
-    let stacks = find_stacked(stacked, mesh, &topology, bits, scratch.frame())?;
+    let stacks = find_stacked(stacked, mesh.corner_uv, topology.chart, topology.chart_count, bits, scratch.frame())?;
     Ok(Metrics {
         vertices: topology.vertex_count,
         faces,

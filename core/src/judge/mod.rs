@@ -7,6 +7,7 @@ pub mod charts;
 pub mod coverage;
 pub mod cut_discrepancy;
 pub mod distortion;
+pub mod edges;
 pub mod facing;
 
 pub mod input;

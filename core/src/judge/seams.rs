@@ -6,8 +6,9 @@
 //! whichever way they are wound; an edge with another number of faces has none, counts as noticed and is neither flat nor
 //! sharp. A mean over no seam is NaN, a share of no seam 0.
 
+use super::edges::Edge;
 use super::input::UvMesh;
-use super::wedges::{Edge, UvTopology};
+use super::wedges::UvTopology;
 use crate::base::real::{atan2, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use glam::DVec3;

@@ -3,10 +3,13 @@
 //! Vertices at bit-equal positions are one (so that an exporter that splits vertices at seams cannot hide them). Two
 //! corners are one wedge when they stand at one vertex and their UVs agree to 1e-7 of the UV extent. An edge is a seam
 //! when two faces along it have different wedges at an end; the open border is no seam. Charts are the components of
-//! faces across equal wedge pairs. Where more than two faces meet at a place because pieces of surface lie upon one another,
+//! faces across equal wedge pairs, but for folds: where two faces are on one side of their edge in UV and what lies on both sides of
+//! such edges coincides, as mirrored halves do in their plane, these are two charts, and the edge is no seam, for nothing shows
+//! there. Where more than two faces meet at a place because pieces of surface lie upon one another,
 //! the file's own vertices tell them apart: if each face shares its own with another, there are as many edges as pieces.
 //! Everything is grouped by counting sorts: near-linear. Faces without UV belong to no edge and no chart.
 
+use super::edges::{Edge, Ends, join, join_need};
 use super::input::UvMesh;
 use crate::base::buckets::{Buckets, buckets_need};
 use crate::base::real::floor;
@@ -15,36 +18,13 @@ use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::base::union_find::UnionFind;
 use crate::mesh::view::NONE;
-use bytemuck::{Pod, Zeroable};
+use crate::plane::grid::grid_bits;
 use core::cmp::Ordering;
 use glam::{DVec2, DVec3};
 
 /// UVs at one vertex closer than about this share of the UV extent are one wedge. Six decimals in a file of a unit
 /// atlas need more than 1e-6 apart to be seen as two; f32 rounding of one value stays below 6e-8.
 pub const UV_TOLERANCE: f64 = 1e-7;
-
-/// An edge of the welded mesh between faces that have UV.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct Edge {
-    /// The end with the lower vertex number.
-    pub low: u32,
-    /// The other end; the same as `low` along a face that names one place twice.
-    pub high: u32,
-    /// Faces that have it as a side.
-    pub face_count: u32,
-    /// 1 where the map is cut along it, else 0.
-    pub seam: u32,
-    /// The first two of these faces; [`NONE`] where there is no second one.
-    pub faces: [u32; 2],
-}
-
-impl Edge {
-    /// Whether the map is cut along this edge.
-    pub fn is_seam(&self) -> bool {
-        self.seam != 0
-    }
-}
 
 /// Connectivity of a UV map.
 pub struct UvTopology<'a> {
@@ -87,8 +67,7 @@ pub const fn uv_topology_need(vertices: usize, faces: usize) -> usize {
         + bytes_for::<u8>(faces)
         + bytes_for::<Edge>(3 * faces);
     let weld = bytes_for::<u32>(vertices);
-    let group = buckets_need(if vertices > 3 * faces { vertices } else { 3 * faces }, 3 * faces);
-    let join = bytes_for::<u32>(faces) + group;
+    let join = join_need(vertices, faces);
     let count = bytes_for::<u8>(faces) + bytes_for::<u32>(3 * faces) + buckets_need(3 * faces, 3 * faces);
     let (mut most, mut i, steps) = (0, 0, [weld, join, count]);
     while i < steps.len() {
@@ -112,8 +91,9 @@ pub fn uv_topology<'s>(mesh: UvMesh, scratch: &mut Scratch<'s>) -> Result<UvTopo
 
     let vertex_count = weld(welded, mesh.positions, scratch.frame())?;
     let wedge_count = weld_uv(wedge, mesh, welded, scratch.frame())?;
-    let ends = Ends { triangles: mesh.triangles, welded, wedge };
-    let (edge_count, chart_count) = join(edges, chart, seam_sides, ends, scratch.frame())?;
+    let ends = Ends { triangles: mesh.triangles, corner_uv: mesh.corner_uv, welded, wedge };
+    let bits = grid_bits(mesh.uv_box().map_or(0.0, |b| b.low.abs().max(b.high.abs()).max_element()));
+    let (edge_count, chart_count) = join(edges, chart, seam_sides, ends, bits, scratch.frame())?;
     let (euler, loops) = (&mut euler[..chart_count], &mut loops[..chart_count]);
     {
         let mut frame = scratch.frame();
@@ -177,126 +157,6 @@ fn half_even(x: f64) -> f64 {
     let rest = x - low;
     let odd = low - 2.0 * floor(low * 0.5) != 0.0;
     if rest > 0.5 || (rest == 0.5 && odd) { low + 1.0 } else { low }
-}
-
-/// The ends of half-edges; half-edge `side * f + face` runs from corner `side` of `face` to the next corner.
-#[derive(Clone, Copy)]
-struct Ends<'a> {
-    triangles: &'a [[u32; 3]],
-    welded: &'a [u32],
-    wedge: &'a [[u32; 3]],
-}
-
-impl Ends<'_> {
-    fn face_side(&self, half_edge: u32) -> (usize, usize) {
-        let (at, faces) = (half_edge as usize, self.triangles.len());
-        let side = usize::from(at >= faces) + usize::from(at >= 2 * faces);
-        (at - side * faces, side)
-    }
-
-    /// (low vertex, high vertex).
-    fn vertices(&self, half_edge: u32) -> (u32, u32) {
-        let (face, side) = self.face_side(half_edge);
-        let [a, b] = [side, (side + 1) % 3].map(|i| self.welded[self.triangles[face][i] as usize]);
-        (a.min(b), a.max(b))
-    }
-
-    /// (wedge at the low vertex, wedge at the high vertex).
-    fn wedges(&self, half_edge: u32) -> (u32, u32) {
-        let (face, side) = self.face_side(half_edge);
-        let next = (side + 1) % 3;
-        let [a, b] = [side, next].map(|i| self.welded[self.triangles[face][i] as usize]);
-        let (p, q) = (self.wedge[face][side], self.wedge[face][next]);
-        if a < b { (p, q) } else { (q, p) }
-    }
-
-    /// (vertex of the file at the low end, vertex of the file at the high end).
-    fn own_vertices(&self, half_edge: u32) -> (u32, u32) {
-        let (face, side) = self.face_side(half_edge);
-        let [a, b] = [side, (side + 1) % 3].map(|i| self.triangles[face][i]);
-        if self.welded[a as usize] <= self.welded[b as usize] { (a, b) } else { (b, a) }
-    }
-
-    /// Do the faces at one place each share the file's own vertices with another? Sorts them by these vertices if so.
-    fn are_copies(&self, group: &mut [u32]) -> bool {
-        let own = |h: &u32| self.own_vertices(*h);
-        sort::by_key(group, |h| (own(h), *h));
-        let copies = group.runs(|a, b| own(a) == own(b)).all(|g| g.len() > 1);
-        if !copies {
-            sort::by_key(group, |h| *h);
-        }
-        copies
-    }
-
-    fn has_uv(&self, half_edge: u32) -> bool {
-        self.wedge[self.face_side(half_edge).0][0] != NONE
-    }
-}
-
-/// Lists edges and joins faces into charts; returns how many of both there are.
-fn join(
-    edges: &mut [Edge],
-    chart: &mut [u32],
-    seam_sides: &mut [u8],
-    ends: Ends,
-    mut scratch: Scratch,
-) -> Result<(usize, usize), ScratchTooSmall> {
-    let faces = ends.triangles.len();
-    let mut sets = UnionFind::new(scratch.take::<u32>(faces)?);
-    let key = |h: u32| ends.has_uv(h).then(|| ends.vertices(h).0);
-    let mut half_edges = Buckets::new(ends.welded.len(), 3 * faces, key, &mut scratch)?;
-    let mut edge_count = 0;
-    for v in 0..half_edges.key_count() {
-        let here = half_edges.get_mut(v);
-        sort::by_key(here, |h| (ends.vertices(*h).1, *h));
-        let mut rest = here;
-        while let Some(first) = rest.first() {
-            let high = ends.vertices(*first).1;
-            let count = rest.iter().take_while(|h| ends.vertices(**h).1 == high).count();
-            let (group, others) = rest.parted_mut(count);
-            rest = others;
-            let copies = group.len() > 2 && ends.are_copies(group);
-            for group in group.runs(|a, b| !copies || ends.own_vertices(*a) == ends.own_vertices(*b)) {
-                edges[edge_count] = join_edge(group, seam_sides, ends, &mut sets);
-                edge_count += 1;
-            }
-        }
-    }
-    Ok((edge_count, number_charts(chart, ends, &mut sets)))
-}
-
-/// Joins the faces of one edge, given by their sides of it, where their wedges are the same.
-fn join_edge(group: &[u32], seam_sides: &mut [u8], ends: Ends, sets: &mut UnionFind) -> Edge {
-    let face = |h: u32| ends.face_side(h).0 as u32;
-    let mut seam = false;
-    for (i, &h) in group.iter().enumerate() {
-        // Of faces with the same wedges the first joins all; the square of an edge's faces is no matter.
-        match group[..i].iter().find(|other| ends.wedges(**other) == ends.wedges(h)) {
-            Some(&other) => drop(sets.union(face(other), face(h))),
-            None => seam |= i > 0,
-        }
-    }
-    if seam {
-        group.iter().map(|h| ends.face_side(*h)).for_each(|(face, side)| seam_sides[face] |= 1 << side);
-    }
-    let (low, high) = ends.vertices(group[0]);
-    let faces = [0, 1].map(|i| group.get(i).map_or(NONE, |h| face(*h)));
-    Edge { low, high, face_count: group.len() as u32, seam: seam as u32, faces }
-}
-
-/// A set's root is its smallest face, so it comes by before the set's other faces.
-fn number_charts(chart: &mut [u32], ends: Ends, sets: &mut UnionFind) -> usize {
-    let mut count = 0;
-    for f in (0..chart.len()).filter(|f| ends.wedge[*f][0] != NONE) {
-        let root = sets.find(f as u32) as usize;
-        if root == f {
-            chart[f] = count;
-            count += 1;
-        } else {
-            chart[f] = chart[root];
-        }
-    }
-    count as usize
 }
 
 /// Vertices - edges + faces of each chart, with wedges as its vertices; bit i of `border_sides` is set where the side of
@@ -415,6 +275,26 @@ mod tests {
             assert_eq!(t.seam_sides, [0b100, 0b001]);
             let seam = t.edges.iter().find(|e| e.is_seam()).unwrap();
             assert_eq!((seam.low, seam.high, seam.face_count), (0, 2, 2));
+        });
+    }
+
+    #[test]
+    fn what_is_folded_onto_itself_is_two_charts_and_the_fold_no_seam() {
+        let (positions, triangles, mut corner_uv) = square(0.0);
+        corner_uv[1][2] = corner_uv[0][1];
+        with_topology(UvMesh { positions: &positions, triangles: &triangles, corner_uv: &corner_uv }, |t| {
+            assert_eq!((t.chart_count, t.euler, t.loops, t.seam_sides), (2, &[1, 1][..], &[1, 1][..], &[0, 0][..]));
+        });
+        // What coincides in part, or has no area, hangs together.
+        corner_uv[1][2] = DVec2::new(0.9, 0.0);
+        with_topology(UvMesh { positions: &positions, triangles: &triangles, corner_uv: &corner_uv }, |t| {
+            assert_eq!(t.chart_count, 1);
+        });
+        corner_uv = [[DVec2::ZERO, DVec2::X, DVec2::ONE]; 2].map(|t| t.map(|uv| DVec2::splat(uv.x)));
+        corner_uv[1][1] = corner_uv[0][2];
+        corner_uv[1][2] = corner_uv[0][1];
+        with_topology(UvMesh { positions: &positions, triangles: &triangles, corner_uv: &corner_uv }, |t| {
+            assert_eq!(t.chart_count, 1);
         });
     }
 

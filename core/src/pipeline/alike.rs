@@ -5,6 +5,7 @@ use super::stacks::Stacks;
 use crate::base::real::for_cost;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
+use crate::charts::congruence::Likeness;
 use crate::charts::copies::Copies;
 use crate::charts::pieces::Pieces;
 use crate::price::cost::FORBIDDEN;
@@ -22,19 +23,30 @@ pub(super) struct Alike<'a> {
 
 impl<'a> Alike<'a> {
     /// Finds what is alike among all pieces but what is `kept`; what is worked on comes first in `uv` and `kept` then.
+    /// `mirror` as for [`Copies::find`].
+    #[allow(clippy::too_many_arguments)]
     pub fn find(
         cost: &'a mut [f64],
         uv: &mut [DVec2],
         kept: &mut [u8],
         pieces: &Pieces<'a>,
         tolerance: f64,
+        mirror: &'a [u32],
         settings: &Settings,
         keep: &mut Scratch<'a>,
     ) -> Result<Self, ScratchTooSmall> {
-        let mirrored = settings.stack == Stacking::Mirrored;
-        let (mut pieces, mut copies) = price_alike(cost, kept, pieces, tolerance, mirrored, keep)?;
+        let likeness = likeness(settings.stack, tolerance);
+        let (mut pieces, mut copies) = price_alike(cost, kept, pieces, likeness, mirror, keep)?;
         let stacks = Stacks::take_off(&mut pieces, &mut copies, uv, kept, settings, keep)?;
         Ok(Self { pieces, copies, stacks })
+    }
+}
+
+/// What counts as alike where it is stacked so. Each coordinate may be off by `tolerance`.
+pub(super) fn likeness(stack: Stacking, tolerance: f64) -> Likeness {
+    match stack {
+        Stacking::Off => Likeness::exact(tolerance),
+        Stacking::Same | Stacking::Mirrored => Likeness::near(stack == Stacking::Mirrored),
     }
 }
 
@@ -44,11 +56,11 @@ fn price_alike<'c>(
     cost: &'c mut [f64],
     kept: &mut [u8],
     pieces: &Pieces<'c>,
-    tolerance: f64,
-    mirrored: bool,
+    likeness: Likeness,
+    mirror: &'c [u32],
     keep: &mut Scratch<'c>,
 ) -> Result<(Pieces<'c>, Copies<'c>), ScratchTooSmall> {
-    let copies = Copies::find(pieces, kept, tolerance, mirrored, keep)?;
+    let copies = Copies::find(pieces, kept, likeness, mirror, keep)?;
     if !copies.are_any() {
         return Ok((*pieces, copies));
     }

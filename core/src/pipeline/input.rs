@@ -51,6 +51,12 @@ pub struct Output<'a> {
 }
 
 impl Output<'_> {
+    /// The same once more.
+    pub(super) fn again(&mut self) -> Output<'_> {
+        let Self { corner_uv, polygon_chart, exposure } = self;
+        Output { corner_uv, polygon_chart, exposure }
+    }
+
     /// Whether every slice has one entry for each that is written to it.
     pub(super) fn fits(&self, input: &Input) -> Result<(), UnwrapError> {
         fits(input.corners.len(), self.corner_uv.len())?;

@@ -4,6 +4,7 @@ mod alike;
 mod early;
 mod exact;
 mod exposure;
+mod forced;
 pub mod input;
 mod kept;
 pub mod learned;

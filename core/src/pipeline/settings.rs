@@ -54,7 +54,7 @@ pub enum Stacking {
     Off,
     /// Those that are the same shape moved lie over one another.
     Same,
-    /// Mirror images do too.
+    /// Mirror images do too, and the halves of what is its own mirror image.
     Mirrored,
 }
 

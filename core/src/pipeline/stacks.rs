@@ -48,7 +48,7 @@ impl<'a> Stacks<'a> {
     }
 
     /// Lays every copy on its original, in the user's corners and polygons, and says so in `done`; `uv` has an entry a corner of all
-    /// pieces, which are not needed any more.
+    /// pieces, which are not needed any more. Returns how many charts lie on others, and how many faces are flipped there.
     pub fn lay_on(
         &self,
         corner_uv: &mut [DVec2],
@@ -57,10 +57,10 @@ impl<'a> Stacks<'a> {
         uv: &mut [DVec2],
         working: &Working,
         mut scratch: Scratch,
-    ) -> Result<usize, ScratchTooSmall> {
+    ) -> Result<(usize, usize), ScratchTooSmall> {
         let Self { all, copies, aside } = self;
         if !copies.are_any() {
-            return Ok(0);
+            return Ok((0, 0));
         }
         let packed = done.chart_count;
         let corner = |slot: usize| working.corner_source[all.source[slot] as usize] as usize;
@@ -80,8 +80,24 @@ impl<'a> Stacks<'a> {
                 polygon_chart[polygon(slot)] = *number;
             }
         }
-        uv.iter_mut().enumerate().for_each(|(slot, uv)| *uv = corner_uv[corner(slot)]);
+        for p in 0..all.count() {
+            let side = if copies.is_mirrored(p) { DVec2::new(-1.0, 1.0) } else { DVec2::ONE };
+            all.corners(p).for_each(|slot| uv[slot] = corner_uv[corner(slot)] * side);
+        }
         done.distortion = distortion(uv, all.rest());
-        Ok(done.chart_count - packed)
+        Ok((done.chart_count - packed, self.flipped(uv)))
+    }
+    /// Faces of copies that are flipped: they lie on two of their original, and those form no convex quad. `uv` is as seen from the front.
+    fn flipped(&self, uv: &[DVec2]) -> usize {
+        let Self { all, copies, .. } = self;
+        let faces = (0..all.count())
+            .filter(|p| copies.is_copy(*p))
+            .flat_map(|p| (all.corners(p).start / 3..all.corners(p).end / 3).map(move |f| (p, 3 * f)));
+        let is_flipped = |(p, c): (usize, usize)| {
+            let on = [0, 1, 2].map(|i| copies.image(p, c + i, all) / 3);
+            let is_split = on[0] != on[1] || on[1] != on[2];
+            is_split && (uv[c + 1] - uv[c]).perp_dot(uv[c + 2] - uv[c]) <= 0.0
+        };
+        faces.filter(|at| is_flipped(*at)).count()
     }
 }

@@ -1,8 +1,9 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
-use super::alike::Alike;
+use super::alike::{Alike, likeness};
 use super::exact::{ExactRun, Polishing};
 use super::exposure::{expose, share_exposure};
+use super::forced::{Forcing, Layout, Planes, lay_out};
 use super::input::{Input, Output};
 use super::kept::take_over;
 use super::learned::{hybrid, neural};
@@ -10,21 +11,21 @@ use super::learning::{LearnScene, Learning};
 use super::report::{Report, UnwrapError};
 use super::settings::{Charts, CountedWork, Packing, Settings, Snap, Stacking, Straighten};
 use crate::base::progress::{Progress, Stage, tell};
-use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
 use crate::charts::copies::{Copies, copies_keep, copies_need};
+use crate::charts::halves::part_halves_need;
 use crate::charts::pieces::{Pieces, pieces_need};
 use crate::finish::fill::{fill_dropped, fill_dropped_need};
 use crate::finish::place::{AtlasOutput, Maps, PlaceSummary, Placing, place};
 use crate::mesh::frame::to_own_frame;
 use crate::mesh::polygons::Counts;
 use crate::mesh::repair::{Facing, repair_welding, repair_welding_need};
-use crate::mesh::view::NONE;
-use crate::mesh::working::{CLOSED, FORCED, Working};
+use crate::mesh::working::Working;
 use crate::pack::layout::pack_need;
 use crate::plane::overlap::overlaps_need;
 use crate::price::cost::{FORBIDDEN, Rates, prices, prices_need};
-use crate::price::given::{HardEdges, OnMesh};
+use crate::price::given::OnMesh;
 use crate::rays::bvh::BuildBvh;
 use crate::rays::cast::Scene;
 use crate::rays::exposure::exposure_need;
@@ -40,6 +41,17 @@ pub enum Method<'m, 'a> {
     Neural(&'m mut Learning<'a>),
     /// Trained maps say where the exact stages cut.
     Hybrid(&'m mut Learning<'a>),
+}
+
+impl<'a> Method<'_, 'a> {
+    /// The same once more.
+    fn again(&mut self) -> Method<'_, 'a> {
+        match self {
+            Self::Exact => Method::Exact,
+            Self::Neural(learning) => Method::Neural(learning),
+            Self::Hybrid(learning) => Method::Hybrid(learning),
+        }
+    }
 }
 
 /// Scratch bytes that [`unwrap`] asks for: an estimate from above for meshes as they occur. Some mesh may need more (more
@@ -62,8 +74,9 @@ pub fn need_for(counts: &Counts, settings: &Settings, bvh: &dyn BuildBvh) -> usi
     let last = bytes_for::<DVec2>(3 * triangles) + bytes_for::<u8>(3 * triangles);
     let last = if settings.can_end_early() { last } else { 0 };
     let maps = 18 * 3 * triangles + 4096 + copies_keep(triangles);
-    let stages = pieces.max(packing + 60 * 3 * triangles).max(copies_need(triangles));
-    let originals = if settings.stack == Stacking::Off { 0 } else { pieces_need(triangles) };
+    let stages = pieces.max(packing + 60 * 3 * triangles).max(copies_need(triangles)).max(part_halves_need(triangles));
+    let originals =
+        if settings.stack == Stacking::Off { 0 } else { pieces_need(triangles) + bytes_for::<u32>(3 * triangles) };
     let atlas = last + pieces_need(triangles) + originals + maps + stages;
     repair_welding_need(counts, settings.weld)
         .saturating_add(bytes_for::<DVec3>(vertices) + bytes_for::<f64>(3 * triangles) + bytes_for::<f32>(vertices))
@@ -92,8 +105,8 @@ pub fn unwrap(
 /// Makes the atlas by `method`; those that learn take [`super::learned::learned_need`] more bytes.
 #[allow(clippy::too_many_arguments)]
 pub fn unwrap_by(
-    method: Method,
-    output: Output,
+    mut method: Method,
+    mut output: Output,
     input: &Input,
     settings: &Settings,
     bvh: &dyn BuildBvh,
@@ -106,69 +119,116 @@ pub fn unwrap_by(
         learning.check()?;
     }
     scratch.require(unwrap_need(input, settings, bvh))?;
-    let polygons = input.polygons();
-    tell(progress, Stage::Repair, 0, 1)?;
-    let (mut working, repaired) = repair_welding(&polygons, Facing::Turned, settings.weld, &mut scratch)?;
-    let own = scratch.take::<DVec3>(working.positions.len())?;
-    let own_frame = to_own_frame(own, working.positions);
-    working.positions = own;
-    tell(progress, Stage::Repair, 1, 1)?;
-    let cost = scratch.take::<f64>(3 * working.faces.len())?;
-    let open = scratch.take::<f32>(working.positions.len())?;
-    let exposed = expose(open, &working, settings, bvh, scratch.frame(), workers, progress)?;
-    share_exposure(output.exposure, open, &working);
-    let given = OnMesh::new(input.edges, &polygons, &working);
-    let seen = Some(&*open).filter(|_| !matches!(&method, Method::Neural(l) if l.is_blind()));
-    let Settings { hard_edges, prefer, .. } = *settings;
-    let tolerance = (input.tolerance / working.extent).max(repaired.crack_width) * own_frame.scale();
-    let breaks = prices(cost, &working, &given, Rates { hard_edges, prefer, tolerance }, seen, scratch.frame())?;
-    let mut frame = scratch.frame();
-    let forcing = Forcing::new(input.parts, hard_edges, breaks);
-    let (pieces, closed_breaks) = lay_out(&working, &given, forcing, cost, &mut frame)?;
-    let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
-    let cut = frame.take::<u8>(working.twin.len())?;
-    let budget = budget(settings, input.parts.is_some());
-    let kept = frame.take::<u8>(pieces.count())?;
-    if let (Method::Exact, Some(kept_uv)) = (&method, input.kept_uv) {
-        take_over(uv, kept, &pieces, &working, kept_uv, settings.distortion, frame.frame(), workers)?;
+    let mut attempt = Attempt { input, settings, bvh, workers, over_diagonals: true };
+    let (report, misfolded) = attempt.run(method.again(), output.again(), scratch.frame(), progress)?;
+
+    if misfolded == 0 {
+        return Ok(report);
     }
-    let Alike { pieces, copies, stacks } = Alike::find(cost, uv, kept, &pieces, tolerance, settings, &mut frame)?;
-    let all_uv = uv;
-    let (uv, cut) = (&mut all_uv[..pieces.source.len()], &mut cut[..pieces.source.len()]);
-    let total = pieces.count();
-    let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
-    let place_of = |p: DVec3| own_frame.place((p - working.centre) / working.extent);
-    let input_of = |p: DVec3| own_frame.back(p) * working.extent + working.centre;
-    let scene =
-        LearnScene { pieces: &pieces, kept, open: &open, place_of: &place_of, input_of: &input_of, budget, workers };
-    let mends = !matches!(method, Method::Neural(_));
-    let mut placing = placing(settings, &pieces, copies, &working, input.parts, mends);
-    let polishing = polishing(settings, mends && input.kept_uv.is_none(), budget.bulky);
-    let mut searched = None;
-    match method {
-        Method::Exact => {
-            let exact = ExactRun { placing: &placing, polishing, budget, kept, workers };
-            searched = exact.run_for(settings.work.seams, uv, cut, frame.frame(), progress)?;
-            placing.packing.effort *= if searched.is_some() { HURRIED } else { 1.0 };
+    // A quad that is not convex in UV does not fold over its other diagonal: pieces with such ones stay whole.
+    attempt.over_diagonals = false;
+    Ok(attempt.run(method, output, scratch, progress)?.0)
+}
+
+/// One way through all stages.
+struct Attempt<'t> {
+    input: &'t Input<'t>,
+    settings: &'t Settings,
+    bvh: &'t dyn BuildBvh,
+    workers: &'t dyn Workers,
+    /// Whether pieces are folded whose quads have other diagonals on both sides of the fold.
+    over_diagonals: bool,
+}
+
+impl Attempt<'_> {
+    /// Makes the atlas; how many faces are flipped by folding over diagonals comes with the report.
+    fn run(
+        &self,
+        method: Method,
+        output: Output,
+        mut scratch: Scratch,
+        progress: &mut dyn Progress,
+    ) -> Result<(Report, usize), UnwrapError> {
+        let Self { input, settings, bvh, workers, .. } = *self;
+        let polygons = input.polygons();
+        tell(progress, Stage::Repair, 0, 1)?;
+        let (mut working, repaired) = repair_welding(&polygons, Facing::Turned, settings.weld, &mut scratch)?;
+        let own = scratch.take::<DVec3>(working.positions.len())?;
+        let own_frame = to_own_frame(own, working.positions);
+        working.positions = own;
+        tell(progress, Stage::Repair, 1, 1)?;
+        let cost = scratch.take::<f64>(3 * working.faces.len())?;
+        let open = scratch.take::<f32>(working.positions.len())?;
+        let exposed = expose(open, &working, settings, bvh, scratch.frame(), workers, progress)?;
+        share_exposure(output.exposure, open, &working);
+        let given = OnMesh::new(input.edges, &polygons, &working);
+        let seen = Some(&*open).filter(|_| !matches!(&method, Method::Neural(l) if l.is_blind()));
+        let Settings { hard_edges, prefer, .. } = *settings;
+        let tolerance = (input.tolerance / working.extent).max(repaired.crack_width) * own_frame.scale();
+        let breaks = prices(cost, &working, &given, Rates { hard_edges, prefer, tolerance }, seen, scratch.frame())?;
+        let mut frame = scratch.frame();
+        let forcing = Forcing::new(input.parts, hard_edges, breaks, self.planes(tolerance));
+        let Layout { pieces, closed_breaks, mirror } = lay_out(&working, &given, forcing, cost, &mut frame)?;
+        let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
+        let cut = frame.take::<u8>(working.twin.len())?;
+        let budget = budget(settings, input.parts.is_some());
+        let kept = frame.take::<u8>(pieces.count())?;
+        if let (Method::Exact, Some(kept_uv)) = (&method, input.kept_uv) {
+            take_over(uv, kept, &pieces, &working, kept_uv, settings.distortion, frame.frame(), workers)?;
         }
-        Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
-        Method::Hybrid(learning) => {
-            hybrid(uv, cut, &scene, learning, frame.frame(), progress)?;
-            polishing.polish(uv, cut, kept, &placing, frame.frame(), workers)?;
+        let Alike { pieces, copies, stacks } =
+            Alike::find(cost, uv, kept, &pieces, tolerance, mirror, settings, &mut frame)?;
+        let all_uv = uv;
+        let (uv, cut) = (&mut all_uv[..pieces.source.len()], &mut cut[..pieces.source.len()]);
+        let total = pieces.count();
+        let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
+        let place_of = |p: DVec3| own_frame.place((p - working.centre) / working.extent);
+        let input_of = |p: DVec3| own_frame.back(p) * working.extent + working.centre;
+        let scene = LearnScene {
+            pieces: &pieces,
+            kept,
+            open: &open,
+            place_of: &place_of,
+            input_of: &input_of,
+            budget,
+            workers,
+        };
+        let mends = !matches!(method, Method::Neural(_));
+        let mut placing = placing(settings, &pieces, copies, &working, input.parts, mends);
+        let polishing = polishing(settings, mends && input.kept_uv.is_none(), budget.bulky);
+        let mut searched = None;
+        match method {
+            Method::Exact => {
+                let exact = ExactRun { placing: &placing, polishing, budget, kept, workers };
+                searched = exact.run_for(settings.work.seams, uv, cut, frame.frame(), progress)?;
+                placing.packing.effort *= if searched.is_some() { HURRIED } else { 1.0 };
+            }
+            Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
+            Method::Hybrid(learning) => {
+                hybrid(uv, cut, &scene, learning, frame.frame(), progress)?;
+                polishing.polish(uv, cut, kept, &placing, frame.frame(), workers)?;
+            }
         }
+        copies.spread(uv, cut, &pieces);
+        let forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
+        tell(progress, Stage::Seams, total, total)?;
+        let out = AtlasOutput { corner_uv: &mut *output.corner_uv, polygon_chart: output.polygon_chart };
+        let mut placed = place(out, Maps { uv, cut }, &placing, frame.frame(), workers, progress)?;
+        let Output { corner_uv, polygon_chart, .. } = output;
+        let (stacked, misfolded) = stacks.lay_on(corner_uv, polygon_chart, &mut placed, all_uv, &working, frame)?;
+        fill_dropped(corner_uv, &polygons, &working, scratch)?;
+        let ended_early = CountedWork::of([exposed, searched, placed.steps]);
+        let PlaceSummary { chart_count, distortion, utilisation, flipped, overlapping, .. } = placed;
+        let figures = Report { chart_count, distortion, utilisation, flipped, overlapping, ..Report::default() };
+        Ok((Report { stacked, forbidden_cuts, closed_breaks, repaired, ended_early, ..figures }, misfolded))
     }
-    copies.spread(uv, cut, &pieces);
-    let forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
-    tell(progress, Stage::Seams, total, total)?;
-    let out = AtlasOutput { corner_uv: &mut *output.corner_uv, polygon_chart: output.polygon_chart };
-    let mut placed = place(out, Maps { uv, cut }, &placing, frame.frame(), workers, progress)?;
-    let Output { corner_uv, polygon_chart, .. } = output;
-    let stacked = stacks.lay_on(corner_uv, polygon_chart, &mut placed, all_uv, &working, frame)?;
-    fill_dropped(corner_uv, &polygons, &working, scratch)?;
-    let ended_early = CountedWork::of([exposed, searched, placed.steps]);
-    let PlaceSummary { chart_count, distortion, utilisation, flipped, overlapping, .. } = placed;
-    let figures = Report { chart_count, distortion, utilisation, flipped, overlapping, ..Report::default() };
-    Ok(Report { stacked, forbidden_cuts, closed_breaks, repaired, ended_early, ..figures })
+
+    /// The planes in which pieces are folded; none where nothing is stacked mirrored, or UVs are given that have no such seams.
+    fn planes(&self, tolerance: f64) -> Option<Planes> {
+        let Self { input, settings, over_diagonals, .. } = *self;
+        let folds = settings.stack == Stacking::Mirrored && input.kept_uv.is_none();
+        folds.then(|| Planes { likeness: likeness(settings.stack, tolerance), over_diagonals })
+    }
 }
 
 /// What is placed, and how.
@@ -203,49 +263,4 @@ fn polishing(settings: &Settings, may: bool, bulky: bool) -> Polishing {
         cuts: may && !bulky && settings.packing == Packing::Tight,
         distortion: settings.distortion,
     }
-}
-
-/// What is cut whatever it costs beside borders of kept UVs and what the caller wants cut.
-struct Forcing<'f> {
-    /// Parts, whose borders are.
-    parts: Option<&'f [u32]>, // (p) of the input
-    /// Every break of the shading.
-    breaks: bool,
-    /// Breaks where a crack was closed.
-    closed_breaks: bool,
-}
-
-impl<'f> Forcing<'f> {
-    /// `count` says whether breaks say anything.
-    fn new(parts: Option<&'f [u32]>, hard_edges: HardEdges, count: bool) -> Self {
-        Self { parts, breaks: hard_edges == HardEdges::Require, closed_breaks: count }
-    }
-}
-
-/// The pieces, whose borders are the cuts that there are whatever they cost, and how many of these are closed cracks.
-fn lay_out<'k>(
-    working: &Working,
-    given: &OnMesh,
-    forcing: Forcing,
-    cost: &[f64],
-    keep: &mut Scratch<'k>,
-) -> Result<(Pieces<'k>, usize), ScratchTooSmall> {
-    let forced = keep.take::<u8>(working.twin.len())?;
-    let closed_breaks = mark_forced(forced, working, given, forcing);
-    Ok((Pieces::new(working.mesh(), working.twin, forced, cost, keep)?, closed_breaks))
-}
-
-/// Marks the half-edges that are cut whatever it costs; returns how many edges are such as closed cracks.
-fn mark_forced(forced: &mut [u8], working: &Working, given: &OnMesh, forcing: Forcing) -> usize {
-    let Forcing { parts, breaks, closed_breaks } = forcing;
-    let part = |face: u32| parts.map(|p| p.get(working.polygon[face as usize] as usize).copied().unwrap_or(NONE));
-    let mut closed = 0;
-    for (h, (out, mark)) in forced.iter_mut().zip(working.fixed).enumerate() {
-        let twin = working.twin[h];
-        let is_closed = closed_breaks && *mark == CLOSED && given.broken(h as u32) > 0.0;
-        let wanted = || given.is_cut(h as u32) || is_closed || breaks && given.broken(h as u32) > 0.0;
-        *out = u8::from(*mark == FORCED || twin != NONE && (part(h as u32 / 3) != part(twin / 3) || wanted()));
-        closed += usize::from(is_closed && (h as u32) < twin);
-    }
-    closed
 }
