@@ -11,7 +11,7 @@ use seamwright_core::base::workers::{Serial, Workers};
 use seamwright_core::pipeline::{Input, Report, Settings, Stacking};
 use seamwright_tests::road::{Atlas, input, judge, run_told};
 use seamwright_tests::scenes::{Placed, Scene, scattered};
-use seamwright_tests::shapes::{mesh, pear};
+use seamwright_tests::shapes::{book, mesh, pear};
 use std::path::Path;
 
 /// An animal of 500 faces that no symmetry of its mesh maps to itself.
@@ -214,4 +214,14 @@ fn a_piece_with_a_quad_that_does_not_fold_over_its_other_diagonal_stays_whole() 
     };
     assert_eq!(folded([vec![4, 2, 5], vec![4, 3, 2]]), 1);
     assert_eq!(folded([vec![4, 3, 5], vec![5, 3, 2]]), 0);
+}
+
+#[test]
+fn pages_that_share_an_edge_lie_on_one_another() {
+    let book = book();
+    let scene = scattered(&[Placed { mesh: &book, mirrored: false }], 5, Some(6));
+    let (atlas, report) = unwrapped(&scene, Stacking::Mirrored, 0, &Serial);
+    assert_eq!(report.chart_count, report.stacked + 1);
+    let mesh = Mesh { corner_uv: Some(atlas.corner_uv), ..scene.mesh };
+    assert_eq!(verdict(&mesh, Rules { stacks: true, ..Rules::default() }).faults, []);
 }

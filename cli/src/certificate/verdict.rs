@@ -122,7 +122,7 @@ pub fn verdict(mesh: &Mesh, rules: Rules) -> Verdict {
 
 /// Takes out the faces whose charts lie on others; how many.
 fn leave_out(faces: &mut Vec<u32>, rings: &mut Vec<Vec<u32>>, mesh: &Mesh, uv: &[DVec2], wedge: &[u32]) -> usize {
-    let lies_on = stacked(rings, uv, wedge, |ring| has_no_area(mesh, ring));
+    let lies_on = stacked(rings, uv, wedge, &mesh.corners, |ring| has_no_area(mesh, ring));
     let mut marks = lies_on.iter();
     faces.retain(|_| marks.next() == Some(&false));
     let mut marks = lies_on.iter();

@@ -1,4 +1,5 @@
-//! The atlas: charts filled in UV space, their borders as lines, overlaps and flips made to stand out.
+//! The atlas: charts filled in UV space, their borders as lines, overlaps and flips made to stand out. Of charts that coincide the first
+//! is drawn: they are no overlap.
 
 use super::surface::PictureSurface;
 use crate::base::colour::{self, INK, PANEL, Rgb, SEAM, linear, srgb};
@@ -7,8 +8,10 @@ use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::{Workers, for_each_chunk};
 use seamwright_core::judge::facing::{find_turned, find_turned_need};
 use seamwright_core::judge::input::UvMesh;
+use seamwright_core::judge::stacks::{find_stacked, find_stacked_need};
 use seamwright_core::judge::wedges::{uv_topology, uv_topology_need};
 use seamwright_core::mesh::view::NONE;
+use seamwright_core::plane::grid::grid_bits;
 
 /// Samples a pixel and axis.
 const SAMPLES: usize = 2;
@@ -24,6 +27,8 @@ pub struct DrawnAtlas {
     pub utilisation: f64,
     /// Share of covered samples that two faces cover.
     pub overlap: f64,
+    /// Charts that coincide with another.
+    pub stacked: usize,
     /// Faces turned against their chart's greater part.
     pub flipped: usize,
 }
@@ -39,13 +44,14 @@ pub fn draw(surface: &PictureSurface, size: usize, workers: &dyn Workers) -> Dra
     let uv = surface.uv.as_deref().unwrap_or(&[]);
     let (corner, side) = frame(uv);
     let n = size * SAMPLES;
-    let is_flipped = flips(surface, uv);
+    let Judged { turned, hidden, stacked } = judged(surface, uv);
+    let is_flipped = flips(surface, uv, &turned, &hidden);
     let mut samples = vec![AtlasSample { face: NONE, depth: 0 }; n * n];
     let place = |t: DVec2| (t - corner) / side * n as f64 - 0.5; // sample centres at integers, v up
     for_each_chunk(workers, &mut samples, n * STRIP, &|strip, samples| {
         let first = strip * STRIP;
         let rows = samples.len() / n;
-        for (f, corners) in uv.iter().enumerate().filter(|(_, c)| c[0].is_finite()) {
+        for (f, corners) in uv.iter().enumerate().filter(|(f, c)| c[0].is_finite() && hidden[*f] == 0) {
             let t = corners.map(place);
             let low = t[0].min(t[1]).min(t[2]).ceil().max(DVec2::new(0.0, first as f64));
             let high = t[0].max(t[1]).max(t[2]).floor().min(DVec2::new(n as f64, (first + rows) as f64) - 1.0);
@@ -99,6 +105,7 @@ pub fn draw(surface: &PictureSurface, size: usize, workers: &dyn Workers) -> Dra
         pixels,
         utilisation: used as f64 / square.max(1) as f64,
         overlap: twice as f64 / covered.max(1) as f64,
+        stacked,
         flipped: is_flipped.iter().filter(|f| **f).count(),
     }
 }
@@ -118,34 +125,42 @@ fn frame(uv: &[[DVec2; 3]]) -> (DVec2, f64) {
 }
 
 /// Whether each face's signed UV area is against the greater part of its chart, after those that neighbours outvote are turned,
-/// as `measure` does.
-fn flips(surface: &PictureSurface, uv: &[[DVec2; 3]]) -> Vec<bool> {
-    let turned = turned(surface, uv);
+/// as `measure` does; of what is not hidden.
+fn flips(surface: &PictureSurface, uv: &[[DVec2; 3]], turned: &[u8], hidden: &[u8]) -> Vec<bool> {
     let area = |f: usize| (uv[f][1] - uv[f][0]).perp_dot(uv[f][2] - uv[f][0]) * if turned[f] != 0 { -1.0 } else { 1.0 };
+    let counts = |f: usize| surface.chart[f] != NONE && hidden[f] == 0;
     let mut total = vec![0.0; surface.chart_count];
-    for (f, chart) in surface.chart.iter().enumerate().take(uv.len()).filter(|(_, c)| **c != NONE) {
-        total[*chart as usize] += area(f);
-    }
-    let against = |f: usize| {
-        let chart = surface.chart[f];
-        chart != NONE && area(f) * total[chart as usize] < 0.0
-    };
-    (0..uv.len()).map(against).collect()
+    (0..uv.len()).filter(|f| counts(*f)).for_each(|f| total[surface.chart[f] as usize] += area(f));
+    (0..uv.len()).map(|f| counts(f) && area(f) * total[surface.chart[f] as usize] < 0.0).collect()
 }
 
-/// 1 for each face that neighbours outvote.
-fn turned(surface: &PictureSurface, uv: &[[DVec2; 3]]) -> Vec<u8> {
+/// What core's judge knows of faces.
+struct Judged {
+    /// 1 for each that neighbours outvote.
+    turned: Vec<u8>,
+    /// 1 for each of a chart that coincides with one before it.
+    hidden: Vec<u8>,
+    /// Such charts.
+    stacked: usize,
+}
+
+fn judged(surface: &PictureSurface, uv: &[[DVec2; 3]]) -> Judged {
     let positions: Vec<DVec3> = surface.points.iter().map(|p| p.as_dvec3()).collect();
     let mesh = UvMesh { positions: &positions, triangles: &surface.faces[..uv.len()], corner_uv: uv };
-    let need = uv_topology_need(positions.len(), uv.len()) + find_turned_need(uv.len());
-    let mut bytes = vec![0; need];
+    let need = find_turned_need(uv.len()).max(find_stacked_need(uv.len()));
+    let mut bytes = vec![0; uv_topology_need(positions.len(), uv.len()) + need];
     let mut scratch = Scratch::new(&mut bytes);
     let solid: Vec<f64> = (0..uv.len()).map(|f| 0.5 * mesh.normal(f).length()).collect();
-    let mut turned = vec![0; uv.len()];
-    let topology = uv_topology(mesh, &mut scratch);
-    let found = topology.and_then(|topology| find_turned(&mut turned, mesh, &topology, &solid, scratch));
+    let mut judged = Judged { turned: vec![0; uv.len()], hidden: vec![0; uv.len()], stacked: 0 };
+    let found = uv_topology(mesh, &mut scratch).and_then(|topology| {
+        find_turned(&mut judged.turned, mesh, &topology, &solid, scratch.frame())?;
+        let bits = grid_bits(mesh.uv_box().map_or(0.0, |b| b.low.abs().max(b.high.abs()).max_element()));
+        let (chart, count) = (topology.chart, topology.chart_count);
+        judged.stacked = find_stacked(&mut judged.hidden, uv, chart, count, bits, scratch)?.charts;
+        Ok(())
+    });
     debug_assert!(found.is_ok(), "the memory is what they ask for");
-    turned
+    judged
 }
 
 /// Half-open cover: a sample on an edge belongs to one of the edge's two faces, because both compute the edge from the

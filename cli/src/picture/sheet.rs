@@ -152,7 +152,7 @@ fn figures(surface: &PictureSurface, exposure: &[f32], atlas: &atlas::DrawnAtlas
         ("NOTICED SEAMS", format!("{:.2}", noticed * scale)),
         ("ON FLAT, ON SHARP", format!("{:.0}%, {:.0}%", share(flat), share(sharp))),
         ("UTILISATION", format!("{:.1}%", atlas.utilisation * 100.0)),
-        ("OVERLAP", format!("{:.3}%", atlas.overlap * 100.0)),
+        ("OVERLAP, STACKED", format!("{:.3}%, {}", atlas.overlap * 100.0, atlas.stacked)),
         ("FLIPPED", count(atlas.flipped)),
         ("WITHOUT UV", count(missing)),
     ]
@@ -233,10 +233,14 @@ mod tests {
     #[test]
     fn overlap_and_flips_are_counted() {
         let mut uv = uv();
+        let draw = |uv: &[[DVec2; 3]]| atlas::draw(&PictureSurface::new(&mesh(Some(uv))), 64, &Serial);
         uv[2] = uv[0];
         uv[3] = [uv[1][1], uv[1][0], uv[1][2]];
-        let drawn = atlas::draw(&PictureSurface::new(&mesh(Some(&uv))), 64, &Serial);
-        assert!(drawn.overlap > 0.9);
+        let drawn = draw(&uv);
+        assert!(drawn.overlap > 0.9 && drawn.stacked == 0);
+        uv[3] = uv[1];
+        let drawn = draw(&uv);
+        assert_eq!((drawn.overlap, drawn.stacked), (0.0, 1), "charts that coincide");
         let flipped = |uv: &[[DVec2; 3]]| {
             let surface =
                 PictureSurface { chart: vec![0, 0, 1, 1], chart_count: 2, ..PictureSurface::new(&mesh(Some(uv))) };
