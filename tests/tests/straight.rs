@@ -1,10 +1,11 @@
 //! What people expect of furniture and pipes: strips are rectangles, and what is straight stands along an axis.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use seamwright::mesh::polygons::Mesh;
 use seamwright_core::base::workers::Serial;
 use seamwright_core::pipeline::{Settings, Straighten};
 use seamwright_tests::road::{Atlas, judge, run, unsound};
+use seamwright_tests::shapes::mesh;
 use seamwright_tests::solids::named;
 use std::collections::HashMap;
 
@@ -118,4 +119,26 @@ fn strips_stay_bent_where_that_is_asked_for_and_where_the_bound_says_so() {
     assert!(bends("tube_n24_a1_w0.1_tri_half", settings(Straighten::Off)) > 1e-3);
     // A rectangle for a pipe that turns with four times its radius has a mean of 1.03.
     assert!(bends("pipe_n32_m16_b2_l0_quad_open", settings(Straighten::Auto)) > 1e-3);
+}
+
+#[test]
+fn a_slanted_letter_with_a_bridged_hole_stays_flat_from_whichever_corner_it_begins() {
+    let points = [(0., 0.), (0.6, 0.), (1., 1.), (2.6, 1.), (3., 0.), (3.6, 0.), (2.2, 4.8), (1.4, 4.8)];
+    let hole = [(1.25, 1.8), (1.8, 3.6), (2.35, 1.8)];
+    let positions: Vec<DVec3> = points.iter().chain(&hole).map(|(x, y)| DVec3::new(*x, *y, 0.0)).collect();
+    // Round the hole, over the bridge from 8 to 2, round the outline, and back.
+    let letter = [8, 10, 9, 8, 2, 1, 0, 7, 6, 5, 4, 3, 2];
+    for turned in [false, true] {
+        for first in 0..letter.len() {
+            let mut corners = letter.to_vec();
+            corners.rotate_left(first);
+            if turned {
+                corners.reverse();
+            }
+            let mesh = mesh(positions.clone(), &[corners]);
+            let (atlas, report) = run(&mesh, &settings(Straighten::Auto), &Serial, 0).expect("an atlas");
+            assert!(report.distortion < 1.0 + 1e-6, "{first} {turned}: {}", report.distortion);
+            assert_eq!(unsound(&judge(&mesh, &atlas), &atlas, &report), Vec::<String>::new(), "{first} {turned}");
+        }
+    }
 }

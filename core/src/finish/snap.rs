@@ -2,7 +2,7 @@
 //!
 //! Rounding moves a point by half a step, which can turn a sliver over. A face that is not counter-clockwise on the grid
 //! moves one of its nodes by the fewest steps that make every face around that node counter-clockwise.
-//! The two sides of a slit that stay within [`TOGETHER`] steps of each other are put on the same points, so that rounding cannot
+//! The two sides of a slit that stay within [`CLOSED`] steps of each other are put on the same points, so that rounding cannot
 //! lay one over the other: a slit that nothing holds open, as between the hole of a plate and its rim, is no seam of the atlas,
 //! and the chart has a hole.
 //! Limit: a sliver inside a knot of slivers may find no place; the caller counts what is left.
@@ -20,7 +20,10 @@ const REACH: i32 = 6;
 const ROOM: i32 = 1 << GRID_BITS;
 /// Rounds over all faces that are not counter-clockwise.
 const ROUNDS: usize = 12;
-/// Sides of a slit this near, in steps, are put together.
+/// Sides of a slit this near, in steps, are put together: what thin triangles leave of a slit in a flat face is below a millionth of the
+/// square, and readers of six decimals see one place.
+const CLOSED: i32 = 16;
+/// Copies of a vertex this near, in steps, touch.
 const TOGETHER: i32 = 4;
 
 /// Steps along either axis by which copies of a vertex that touch are parted: no reader of six decimals takes them for one.
@@ -51,7 +54,7 @@ pub fn close_slits(points: &mut [GridPoint], slits: impl Iterator<Item = [(u32, 
     for ends in slits {
         let near = |(a, b): &(u32, u32)| {
             let (p, q) = (points[*a as usize], points[*b as usize]);
-            (p.x() - q.x()).abs() <= TOGETHER && (p.y() - q.y()).abs() <= TOGETHER
+            (p.x() - q.x()).abs() <= CLOSED && (p.y() - q.y()).abs() <= CLOSED
         };
         // One end alone would make a hole's rim touch the border.
         if ends.iter().all(near) {
