@@ -90,6 +90,9 @@ impl Element {
 /// Names of the list of a face's vertices.
 pub(super) const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+/// Elements that the mesh is made of: one of each line at the most.
+const SINGLE: [&[&str]; 2] = [&["vertex"], &["face", "tristrips"]];
+
 /// Longest line of a header that is shown.
 const SHOWN: usize = 60;
 
@@ -127,6 +130,10 @@ impl PlyHeader {
                 }
                 ["element", name, count] => {
                     let count = count.parse().map_err(|_| wrong("not a count"))?;
+                    let own = SINGLE.iter().find(|names| names.contains(&name)).copied().unwrap_or_default();
+                    if header.elements.iter().any(|element| own.contains(&element.name.as_str())) {
+                        return Err(wrong("a second list of vertices or of faces; export it with one"));
+                    }
                     let (name, line) = (name.to_string(), line - 1);
                     header.elements.push(Element { name, count, properties: Vec::new(), line });
                 }

@@ -157,7 +157,7 @@ impl PlyBuild {
                 }
                 self.face_ends.push((end, is_polygon));
             }
-            "tristrips" if self.faces.is_none_or(|faces| faces == e) => {
+            "tristrips" => {
                 self.faces = Some(e);
                 if let Some(list) = find(&CORNERS) {
                     self.strips(list);
@@ -432,6 +432,10 @@ mod tests {
         assert!(body("0 0 0 1 1 0 0 1 1 nan 0 1 0 1 0 1\n3 0 1 2 3 0 1 2").problem.contains("vertex 2"));
         assert!(error("solid").problem.contains("PLY"));
         assert!(error("ply\nformat ascii 1.0\nelement vertex -1\n").line == 3);
+        for [first, second] in [["face", "face"], ["tristrips", "face"], ["face", "tristrips"], ["vertex", "vertex"]] {
+            let twice = error(&format!("ply\nelement {first} 0\nelement a 1\nelement a 1\nelement {second} 1\n"));
+            assert!(twice.line == 5 && twice.problem.contains("a second list"), "{twice}");
+        }
     }
 
     quickcheck! {
