@@ -8,7 +8,7 @@ use super::uri::{data, decode_percent};
 use crate::formats::error::FormatError;
 use std::path::Path;
 
-/// All buffers of a document, each at least as long as it says.
+/// All buffers of a document, each as long as it says.
 pub struct Buffers {
     /// The bytes of each; none of a fallback that only stands for decompressed ones.
     pub bytes: Vec<Vec<u8>>,
@@ -21,7 +21,7 @@ impl Buffers {
     pub fn load(document: &Document, mut chunk: Option<Vec<u8>>, folder: &Path) -> Result<Self, FormatError> {
         let mut all = Self { bytes: Vec::new(), decoded: Vec::new() };
         for (i, buffer) in document.buffers.iter().enumerate() {
-            let bytes = match &buffer.uri {
+            let mut bytes = match &buffer.uri {
                 _ if buffer.is_fallback() => Vec::new(),
                 None => chunk.take().filter(|_| i == 0).unwrap_or_default(),
                 Some(uri) => resolve(uri, folder)?,
@@ -32,6 +32,8 @@ impl Buffers {
                     "buffer {i} holds {given} of its {need} bytes; export it again"
                 )));
             }
+            // What lies behind is not the buffer's and is not written: a chunk is filled up to four bytes.
+            bytes.truncate(buffer.byte_length);
             all.bytes.push(bytes);
         }
         for (i, view) in document.buffer_views.iter().enumerate() {

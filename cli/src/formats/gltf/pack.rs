@@ -32,9 +32,6 @@ pub(super) fn pack(file: &GltfFile, edited: Edited) -> Packed {
     let free = free_views(document, &file.container.tree, &tree);
     let numbers = number(&mut tree, document.buffer_views.len(), &free, views.len());
     let mut buffers = file.buffers.bytes.clone();
-    for (buffer, bytes) in document.buffers.iter().zip(&mut buffers) {
-        bytes.truncate(buffer.byte_length); // a chunk is filled up to four bytes
-    }
     over.iter().for_each(|over| over.write(&mut buffers[over.buffer]));
     cut(&mut tree, &mut buffers, document, &free);
     let home = home_or_new(file, &mut tree, &mut buffers);

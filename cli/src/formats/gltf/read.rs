@@ -324,6 +324,10 @@ mod tests {
         assert!(read(b"{}", Path::new(""), Reading::default()).is_err());
         let bytes = glb();
         assert!(read(&bytes[..bytes.len() - 10], Path::new(""), Reading::default()).is_err());
+        // A buffer that says less than its views need, whatever lies behind.
+        let text = String::from_utf8_lossy(&bytes).replace(r#"{"byteLength":64}"#, r#"{"byteLength":40}"#);
+        let error = read(text.as_bytes(), Path::new(""), Reading::default()).err().expect("a view beyond its buffer");
+        assert!(error.problem.contains("beyond its buffer"), "{}", error.problem);
     }
 
     quickcheck! {
