@@ -142,3 +142,18 @@ fn a_slanted_letter_with_a_bridged_hole_stays_flat_from_whichever_corner_it_begi
         }
     }
 }
+
+#[test]
+fn strips_between_sharp_edges_are_cut_out_where_that_is_asked_for() {
+    for name in ["cylinder_n32_a1_fan_quad_closed", "cylinder_n32_a0.3_corner_tri_closed"] {
+        let mesh = named(name).expect("one of the family").mesh();
+        let settings = settings(Straighten::Strips);
+        let (atlas, report) = run(&mesh, &settings, &Serial, 0).unwrap();
+        assert_eq!(unsound(&judge(&mesh, &atlas), &atlas, &report), Vec::<String>::new(), "{name}");
+        assert!(report.distortion <= settings.distortion, "{name}: {}", report.distortion);
+        // The side is a rectangle; the lids are round.
+        let borders = borders(&mesh, &atlas);
+        let sides = borders.iter().map(|b| corners(b)).filter(|(count, _)| *count == 4);
+        assert_eq!((borders.len(), sides.filter(|(_, bend)| *bend < 1e-3).count()), (3, 1), "{name}");
+    }
+}

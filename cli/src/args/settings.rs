@@ -79,6 +79,8 @@ pub enum StraightenArg {
     Off,
     /// Where a chart is a strip and the bound allows
     Auto,
+    /// Strips between sharp edges are cut out for it too, though more seams may be noticed
+    Strips,
 }
 
 /// Whether charts are fitted to texels.
@@ -217,6 +219,7 @@ impl SettingsArgs {
             straighten: match self.straighten {
                 StraightenArg::Off => pipeline::Straighten::Off,
                 StraightenArg::Auto => pipeline::Straighten::Auto,
+                StraightenArg::Strips => pipeline::Straighten::Strips,
             },
             snap: match self.snap {
                 SnapArg::Off => pipeline::Snap::Off,

@@ -80,6 +80,7 @@ impl SettingsReport {
             straighten: match settings.straighten {
                 Straighten::Off => "off",
                 Straighten::Auto => "auto",
+                Straighten::Strips => "strips",
             },
             snap: match settings.snap {
                 Snap::Off => "off",

@@ -122,6 +122,9 @@
 // Every chart lies as it has least distortion.
 #define SEAMWRIGHT_STRAIGHTEN_OFF 1
 
+// Strips between sharp edges are cut out to become rectangles too, though more seams may be noticed.
+#define SEAMWRIGHT_STRAIGHTEN_STRIPS 2
+
 // For `weld`: cracks of the width that is found in the mesh are closed.
 #define SEAMWRIGHT_WELD_AUTO -1.0
 

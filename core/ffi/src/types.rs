@@ -26,6 +26,8 @@ pub const SEAMWRIGHT_PREFER_FILL: u32 = 2;
 pub const SEAMWRIGHT_STRAIGHTEN_AUTO: u32 = 0;
 /// Every chart lies as it has least distortion.
 pub const SEAMWRIGHT_STRAIGHTEN_OFF: u32 = 1;
+/// Strips between sharp edges are cut out to become rectangles too, though more seams may be noticed.
+pub const SEAMWRIGHT_STRAIGHTEN_STRIPS: u32 = 2;
 /// For `weld`: cracks of the width that is found in the mesh are closed.
 pub const SEAMWRIGHT_WELD_AUTO: f64 = -1.0;
 /// Every piece has texels of its own.

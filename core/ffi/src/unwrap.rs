@@ -183,6 +183,7 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
     let straighten = match options.straighten {
         SEAMWRIGHT_STRAIGHTEN_AUTO => Straighten::Auto,
         SEAMWRIGHT_STRAIGHTEN_OFF => Straighten::Off,
+        SEAMWRIGHT_STRAIGHTEN_STRIPS => Straighten::Strips,
         _ => return none_of_them,
     };
     let weld = match options.weld {
@@ -244,7 +245,7 @@ mod tests {
             settings(&options)
         };
         type Case = (fn(&mut SeamwrightOptions), fn(&mut Settings));
-        let cases: [Case; 13] = [
+        let cases: [Case; 14] = [
             (|o| o.charts = SEAMWRIGHT_CHARTS_ONE, |s| s.charts = Charts::One),
             (|o| o.packing = SEAMWRIGHT_PACKING_GRID, |s| s.packing = Packing::Grid),
             (|o| o.hard_edges = SEAMWRIGHT_HARD_EDGES_REQUIRE, |s| s.hard_edges = HardEdges::Require),
@@ -252,6 +253,7 @@ mod tests {
             (|o| o.prefer = SEAMWRIGHT_PREFER_SEAMS, |s| s.prefer = Prefer::Seams),
             (|o| o.prefer = SEAMWRIGHT_PREFER_FILL, |s| s.prefer = Prefer::Fill),
             (|o| o.straighten = SEAMWRIGHT_STRAIGHTEN_OFF, |s| s.straighten = Straighten::Off),
+            (|o| o.straighten = SEAMWRIGHT_STRAIGHTEN_STRIPS, |s| s.straighten = Straighten::Strips),
             (|o| o.search = 7, |s| s.search = 7),
             (|o| o.weld = 1e-4, |s| s.weld = Weld::Within(1e-4)),
             (|o| o.weld = SEAMWRIGHT_WELD_AUTO, |s| s.weld = Weld::Auto),
@@ -269,7 +271,7 @@ mod tests {
             |o| o.packing = 2,
             |o| o.hard_edges = 3,
             |o| o.prefer = 3,
-            |o| o.straighten = 2,
+            |o| o.straighten = 3,
             |o| o.weld = 0.1,
             |o| o.weld = f64::NAN,
             |o| o.stack = 3,

@@ -1,5 +1,6 @@
 //! Charts: a surface with cuts, what the cuts leave, pieces that are alike, paths over it, and work on charts side by side.
 
+pub mod bands;
 pub mod congruence;
 pub mod copies;
 #[cfg(test)]

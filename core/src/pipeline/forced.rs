@@ -1,6 +1,8 @@
 //! What is cut before the search, whatever it costs.
 
+use super::settings::{Settings, Straighten};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::charts::bands::part_bands;
 use crate::charts::congruence::Likeness;
 use crate::charts::halves::{Parting, part_halves};
 use crate::charts::pieces::Pieces;
@@ -16,14 +18,18 @@ pub(super) struct Forcing<'f> {
     breaks: bool,
     /// Breaks where a crack was closed.
     closed_breaks: bool,
+    /// Borders of strips between sharp edges.
+    strips: bool,
     /// Mirror planes.
     planes: Option<Planes>,
 }
 
 impl<'f> Forcing<'f> {
-    /// `count` says whether breaks say anything.
-    pub fn new(parts: Option<&'f [u32]>, hard_edges: HardEdges, count: bool, planes: Option<Planes>) -> Self {
-        Self { parts, breaks: hard_edges == HardEdges::Require, closed_breaks: count, planes }
+    /// What `settings` and the caller ask for; `count` says whether breaks say anything.
+    pub fn new(parts: Option<&'f [u32]>, settings: &Settings, count: bool, planes: Option<Planes>) -> Self {
+        let breaks = settings.hard_edges == HardEdges::Require;
+        let strips = settings.straighten == Straighten::Strips;
+        Self { parts, breaks, closed_breaks: count, strips, planes }
     }
 }
 
@@ -56,6 +62,11 @@ pub(super) fn lay_out<'k>(
 ) -> Result<Layout<'k>, ScratchTooSmall> {
     let forced = keep.take::<u8>(working.twin.len())?;
     let closed_breaks = mark_forced(forced, working, given, &forcing);
+    if forcing.strips {
+        let mut frame = keep.frame();
+        let whole = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
+        mark_strips(forced, &whole, frame)?;
+    }
     let mirror = keep.take::<u32>(if forcing.planes.is_some() { forced.len() } else { 0 })?;
     if let Some(Planes { likeness, over_diagonals }) = forcing.planes {
         let mut frame = keep.frame();
@@ -79,4 +90,18 @@ fn mark_forced(forced: &mut [u8], working: &Working, given: &OnMesh, forcing: &F
         closed += usize::from(is_closed && (h as u32) < twin);
     }
     closed
+}
+
+/// Marks the borders of strips.
+fn mark_strips(forced: &mut [u8], pieces: &Pieces, mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    for p in 0..pieces.count() {
+        let corners = pieces.corners(p);
+        let mut frame = scratch.frame();
+        let own = frame.take::<u8>(corners.len())?;
+        part_bands(own, &pieces.bare_surface(p), frame)?;
+        for (mark, from) in own.iter().zip(&pieces.source[corners]) {
+            forced[*from as usize] |= *mark;
+        }
+    }
+    Ok(())
 }

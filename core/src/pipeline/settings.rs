@@ -33,6 +33,8 @@ pub enum Straighten {
     /// Where a chart is a strip and the bound allows.
     #[default]
     Auto,
+    /// Strips between sharp edges are charts of their own too, whatever is noticed of the cuts.
+    Strips,
 }
 
 /// Whether charts are fitted to the texture's texels.

@@ -13,6 +13,7 @@ use super::settings::{Charts, CountedWork, Packing, Settings, Snap, Stacking, St
 use crate::base::progress::{Progress, Stage, tell};
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
+use crate::charts::bands::part_bands_need;
 use crate::charts::copies::{Copies, copies_keep, copies_need};
 use crate::charts::halves::part_halves_need;
 use crate::charts::pieces::{Pieces, pieces_need};
@@ -74,7 +75,11 @@ pub fn need_for(counts: &Counts, settings: &Settings, bvh: &dyn BuildBvh) -> usi
     let last = bytes_for::<DVec2>(3 * triangles) + bytes_for::<u8>(3 * triangles);
     let last = if settings.can_end_early() { last } else { 0 };
     let maps = 18 * 3 * triangles + 4096 + copies_keep(triangles);
-    let stages = pieces.max(packing + 60 * 3 * triangles).max(copies_need(triangles)).max(part_halves_need(triangles));
+    let stages = pieces
+        .max(packing + 60 * 3 * triangles)
+        .max(copies_need(triangles))
+        .max(part_halves_need(triangles))
+        .max(3 * triangles + part_bands_need(triangles));
     let originals =
         if settings.stack == Stacking::Off { 0 } else { pieces_need(triangles) + bytes_for::<u32>(3 * triangles) };
     let atlas = last + pieces_need(triangles) + originals + maps + stages;
@@ -167,7 +172,7 @@ impl Attempt<'_> {
         let tolerance = (input.tolerance / working.extent).max(repaired.crack_width) * own_frame.scale();
         let breaks = prices(cost, &working, &given, Rates { hard_edges, prefer, tolerance }, seen, scratch.frame())?;
         let mut frame = scratch.frame();
-        let forcing = Forcing::new(input.parts, hard_edges, breaks, self.planes(tolerance));
+        let forcing = Forcing::new(input.parts, settings, breaks, self.planes(tolerance));
         let Layout { pieces, closed_breaks, mirror } = lay_out(&working, &given, forcing, cost, &mut frame)?;
         let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
         let cut = frame.take::<u8>(working.twin.len())?;

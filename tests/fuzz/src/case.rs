@@ -161,7 +161,7 @@ pub fn settings(bytes: &mut Bytes, is_wild: bool) -> Settings {
         prefer: bytes.pick(&[Prefer::Balance, Prefer::Seams, Prefer::Fill]),
         search: bytes.pick(&[0, 1, 3]),
         weld: bytes.pick(&[Weld::Equal, Weld::Auto, Weld::Within(1e-3), Weld::Within(0.5)]),
-        straighten: bytes.pick(&[Straighten::Auto, Straighten::Off]),
+        straighten: bytes.pick(&[Straighten::Auto, Straighten::Off, Straighten::Strips]),
         snap: bytes.pick(&[Snap::Off, Snap::Texel]),
         stack: Stacking::Off,
         stack_offset: 0,
