@@ -137,6 +137,21 @@
 // Mirror images do too, and the halves of what is its own mirror image; their UVs are mirrored.
 #define SEAMWRIGHT_STACK_MIRRORED 2
 
+// Charts lie where packing puts them.
+#define SEAMWRIGHT_SNAP_OFF 0
+
+// Borders that run along an axis lie on the edges of texels, where the bound allows.
+#define SEAMWRIGHT_SNAP_TEXEL 1
+
+// Answer of `progress`: the run goes on.
+#define SEAMWRIGHT_GO_ON 0
+
+// Answer of `progress`: the run ends without a result.
+#define SEAMWRIGHT_STOP 1
+
+// Answer of `progress`: exposure, seams or pack ends with what there is by now, and what comes after is as short; the atlas is valid.
+#define SEAMWRIGHT_FINISH 2
+
 // The edge is a cut whatever it costs.
 #define SEAMWRIGHT_EDGE_CUT 1
 
@@ -261,6 +276,10 @@ typedef struct SeamwrightOptions {
     uint32_t stack;
     // 1: all but the first of a stack lie one square to the right; 0: upon one another.
     uint32_t stack_offset;
+    // SEAMWRIGHT_SNAP_...: whether charts are fitted to texels.
+    uint32_t snap;
+    // 1: `progress` may answer SEAMWRIGHT_FINISH, which takes some memory; 0: it stops the run then.
+    uint32_t may_finish;
 } SeamwrightOptions;
 
 // Where the atlas is written. After an error its contents are unspecified.
@@ -298,8 +317,10 @@ typedef struct SeamwrightReport {
     size_t detail;
     // Edges where a crack was closed.
     size_t closed_edges;
+    // 1 where a stage ended early since `progress` answered SEAMWRIGHT_FINISH; 0 where all was done.
+    size_t ended_early;
 } SeamwrightReport;
-#define SEAMWRIGHT_REPORT_INIT {sizeof(SeamwrightReport), 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define SEAMWRIGHT_REPORT_INIT {sizeof(SeamwrightReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 // One of n tasks.
 typedef void (*SeamwrightTask)(void *context, size_t index);
@@ -311,7 +332,7 @@ typedef struct SeamwrightHost {
     // Handed to both functions as it is.
     void *user;
     // `done` of `total` steps of a stage ("repair", "exposure", "seams", "pack", "check") are finished. Called on the
-    // calling thread. Any answer but 0 stops the run.
+    // calling thread. Answers SEAMWRIGHT_GO_ON, SEAMWRIGHT_STOP or, where the options allow it, SEAMWRIGHT_FINISH; any other stops the run.
     int32_t (*progress)(void *user, const char *stage, size_t done, size_t total);
     // Calls `task(context, i)` exactly once for each i below count, on any threads in any order, and returns when all
     // are done. It may be called again from within a task. The result does not depend on it.

@@ -2,7 +2,7 @@
 //!
 //! `unsafe` lives here: a task crosses the border as a pointer to a reference, and comes back within the same call.
 
-use crate::types::SeamwrightHost;
+use crate::types::{SEAMWRIGHT_FINISH, SEAMWRIGHT_GO_ON, SeamwrightHost};
 use core::ffi::{CStr, c_void};
 use core::ptr;
 use seamwright_core::base::progress::{Progress, Stage, Wish};
@@ -43,13 +43,18 @@ impl Workers for Host {
 }
 
 /// The half that is told of progress: on the calling thread alone.
-pub struct Listener<'a>(pub &'a Host);
+pub struct Listener<'a> {
+    pub host: &'a Host,
+    /// Whether it may end stages early.
+    pub may_finish: bool,
+}
 
 impl Progress for Listener<'_> {
     fn report(&mut self, stage: Stage, done: usize, total: usize) -> Wish {
-        let SeamwrightHost { user, progress, .. } = self.0.0;
+        let SeamwrightHost { user, progress, .. } = self.host.0;
         match progress.map_or(0, |tell| tell(user, name(stage).as_ptr(), done, total)) {
-            0 => Wish::GoOn,
+            SEAMWRIGHT_GO_ON => Wish::GoOn,
+            SEAMWRIGHT_FINISH if self.may_finish => Wish::Finish,
             _ => Wish::Stop,
         }
     }

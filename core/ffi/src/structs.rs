@@ -43,9 +43,9 @@ macro_rules! growing {
 
 growing! {
     SeamwrightMesh: parts, tolerance;
-    SeamwrightOptions: effort, stack_offset;
+    SeamwrightOptions: effort, may_finish;
     SeamwrightAtlas: exposure, exposure;
-    SeamwrightReport: detail, closed_edges;
+    SeamwrightReport: detail, ended_early;
     SeamwrightFigures: detail, sharp_seam_cover;
     SeamwrightHost: run, run;
 }

@@ -36,6 +36,16 @@ pub const SEAMWRIGHT_STACK_OFF: u32 = 0;
 pub const SEAMWRIGHT_STACK_SAME: u32 = 1;
 /// Mirror images do too, and the halves of what is its own mirror image; their UVs are mirrored.
 pub const SEAMWRIGHT_STACK_MIRRORED: u32 = 2;
+/// Charts lie where packing puts them.
+pub const SEAMWRIGHT_SNAP_OFF: u32 = 0;
+/// Borders that run along an axis lie on the edges of texels, where the bound allows.
+pub const SEAMWRIGHT_SNAP_TEXEL: u32 = 1;
+/// Answer of `progress`: the run goes on.
+pub const SEAMWRIGHT_GO_ON: i32 = 0;
+/// Answer of `progress`: the run ends without a result.
+pub const SEAMWRIGHT_STOP: i32 = 1;
+/// Answer of `progress`: exposure, seams or pack ends with what there is by now, and what comes after is as short; the atlas is valid.
+pub const SEAMWRIGHT_FINISH: i32 = 2;
 /// The edge is a cut whatever it costs.
 pub const SEAMWRIGHT_EDGE_CUT: u8 = 1;
 /// The shading breaks at the edge: a border of smoothing groups, a sharp edge.
@@ -112,6 +122,10 @@ pub struct SeamwrightOptions {
     pub stack: u32,
     /// 1: all but the first of a stack lie one square to the right; 0: upon one another.
     pub stack_offset: u32,
+    /// SEAMWRIGHT_SNAP_...: whether charts are fitted to texels.
+    pub snap: u32,
+    /// 1: `progress` may answer SEAMWRIGHT_FINISH, which takes some memory; 0: it stops the run then.
+    pub may_finish: u32,
 }
 
 /// Where the atlas is written. After an error its contents are unspecified.
@@ -152,6 +166,8 @@ pub struct SeamwrightReport {
     pub detail: usize,
     /// Edges where a crack was closed.
     pub closed_edges: usize,
+    /// 1 where a stage ended early since `progress` answered SEAMWRIGHT_FINISH; 0 where all was done.
+    pub ended_early: usize,
 }
 
 /// Figures of any UV map. Those over nothing are NaN, energies of collapsed maps infinite.
@@ -217,7 +233,7 @@ pub struct SeamwrightHost {
     /// Handed to both functions as it is.
     pub user: *mut c_void,
     /// `done` of `total` steps of a stage ("repair", "exposure", "seams", "pack", "check") are finished. Called on the
-    /// calling thread. Any answer but 0 stops the run.
+    /// calling thread. Answers SEAMWRIGHT_GO_ON, SEAMWRIGHT_STOP or, where the options allow it, SEAMWRIGHT_FINISH; any other stops the run.
     pub progress: Option<extern "C" fn(user: *mut c_void, stage: *const c_char, done: usize, total: usize) -> i32>,
     /// Calls `task(context, i)` exactly once for each i below count, on any threads in any order, and returns when all
     /// are done. It may be called again from within a task. The result does not depend on it.

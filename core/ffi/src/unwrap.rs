@@ -8,7 +8,7 @@ use crate::surface::{Starts, Surface};
 use crate::types::*;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::mesh::cracks::Weld;
-use seamwright_core::pipeline::{self, Charts, Input, Output, Packing, Settings, Stacking, Straighten};
+use seamwright_core::pipeline::{self, Charts, Input, Output, Packing, Settings, Snap, Stacking, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
 use seamwright_core::rays::binned::BinnedBuilder;
@@ -138,7 +138,8 @@ unsafe fn run(
     let polygon_start = starts.list(&mut scratch).map_err(|e| Fault::scratch(e.need, e.given, given))?;
     let Surface { positions, corners, kept_uv, parts, edges, tolerance } = mesh;
     let input = Input { positions, corners, polygon_start, kept_uv, parts, edges, tolerance };
-    let done = pipeline::unwrap(output, &input, &settings, &BinnedBuilder, scratch, host, &mut Listener(host))
+    let mut listener = Listener { host, may_finish: settings.ends_early };
+    let done = pipeline::unwrap(output, &input, &settings, &BinnedBuilder, scratch, host, &mut listener)
         .map_err(|e| Fault::of_unwrap(e, given))?;
     Ok(SeamwrightReport {
         struct_size: SeamwrightReport::INIT.struct_size,
@@ -151,6 +152,7 @@ unsafe fn run(
         split_edges: done.repaired.split_edges,
         detail: 0,
         closed_edges: done.repaired.closed_edges,
+        ended_early: usize::from(done.ended_early.is_some()),
     })
 }
 
@@ -198,7 +200,12 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         SEAMWRIGHT_STACK_MIRRORED => Stacking::Mirrored,
         _ => return none_of_them,
     };
-    if options.stack_offset > 1 {
+    let snap = match options.snap {
+        SEAMWRIGHT_SNAP_OFF => Snap::Off,
+        SEAMWRIGHT_SNAP_TEXEL => Snap::Texel,
+        _ => return none_of_them,
+    };
+    if options.stack_offset > 1 || options.may_finish > 1 {
         return none_of_them;
     }
     let settings = Settings {
@@ -213,6 +220,8 @@ fn settings(options: &SeamwrightOptions) -> Result<Settings, Fault> {
         weld,
         stack,
         stack_offset: options.stack_offset,
+        snap,
+        ends_early: options.may_finish == 1,
         hard_edges,
         prefer,
         search,
@@ -245,7 +254,7 @@ mod tests {
             settings(&options)
         };
         type Case = (fn(&mut SeamwrightOptions), fn(&mut Settings));
-        let cases: [Case; 14] = [
+        let cases: [Case; 16] = [
             (|o| o.charts = SEAMWRIGHT_CHARTS_ONE, |s| s.charts = Charts::One),
             (|o| o.packing = SEAMWRIGHT_PACKING_GRID, |s| s.packing = Packing::Grid),
             (|o| o.hard_edges = SEAMWRIGHT_HARD_EDGES_REQUIRE, |s| s.hard_edges = HardEdges::Require),
@@ -260,13 +269,15 @@ mod tests {
             (|o| o.stack = SEAMWRIGHT_STACK_SAME, |s| s.stack = Stacking::Same),
             (|o| o.stack = SEAMWRIGHT_STACK_MIRRORED, |s| s.stack = Stacking::Mirrored),
             (|o| o.stack_offset = 1, |s| s.stack_offset = 1),
+            (|o| o.snap = SEAMWRIGHT_SNAP_TEXEL, |s| s.snap = Snap::Texel),
+            (|o| o.may_finish = 1, |s| s.ends_early = true),
         ];
         for (choose, same) in cases {
             let mut expected = Settings::default();
             same(&mut expected);
             assert_eq!(text(chosen(choose)), text(Ok(expected)));
         }
-        let beyond: [fn(&mut SeamwrightOptions); 9] = [
+        let beyond: [fn(&mut SeamwrightOptions); 11] = [
             |o| o.charts = 2,
             |o| o.packing = 2,
             |o| o.hard_edges = 3,
@@ -276,6 +287,8 @@ mod tests {
             |o| o.weld = f64::NAN,
             |o| o.stack = 3,
             |o| o.stack_offset = 2,
+            |o| o.snap = 2,
+            |o| o.may_finish = 2,
         ];
         for choose in beyond {
             assert_eq!(chosen(choose).err(), Some(Fault::new(SEAMWRIGHT_BAD_CHOICE)));

@@ -72,6 +72,30 @@ fn tasks_may_run_on_any_thread_and_progress_may_stop_the_run() {
     assert!(count.into_inner() > 2);
 }
 
+extern "C" fn finish_seams(_: *mut c_void, stage: *const c_char, _: usize, _: usize) -> i32 {
+    if unsafe { CStr::from_ptr(stage) } == c"seams" { SEAMWRIGHT_FINISH } else { SEAMWRIGHT_GO_ON }
+}
+
+#[test]
+fn progress_may_end_stages_early_where_the_options_allow_it() {
+    let mut call = Call::cubes();
+    call.host = SeamwrightHost { progress: Some(finish_seams), ..SeamwrightHost::INIT };
+    assert_eq!(call.run(), SEAMWRIGHT_CANCELLED);
+    call.options.may_finish = 1;
+    let mut bytes = 0;
+    assert_eq!(unsafe { seamwright_unwrap_scratch(&mut bytes, &call.mesh, &call.options) }, SEAMWRIGHT_OK);
+    call.scratch.resize(bytes, 0);
+    assert_eq!(call.run(), SEAMWRIGHT_OK);
+    assert!(call.report.ended_early == 1 && call.report.chart_count > 1);
+    assert!(call.uv.iter().all(|x| (0.0..=1.0).contains(x)));
+    let ended = bits(&call);
+    assert_eq!(call.run(), SEAMWRIGHT_OK);
+    assert_eq!(bits(&call), ended);
+    call.host = SeamwrightHost::INIT;
+    assert_eq!(call.run(), SEAMWRIGHT_OK);
+    assert_eq!((call.report.ended_early, bits(&call)), (0, by_core(&call)));
+}
+
 #[test]
 fn scratch_that_is_too_small_says_what_to_try() {
     let mut call = Call::tetrahedron();
