@@ -91,7 +91,8 @@ pub fn verdict(mesh: &Mesh, rules: Rules) -> Verdict {
         verdict.stacked = leave_out(&mut faces, &mut rings, mesh, uv, &wedge);
     }
     let areas: Vec<f64> = rings.iter().map(|ring| area(mesh, ring).0).collect();
-    let turned = turned(&rings, &place, &wedge, &areas);
+    let uv_areas: Vec<f64> = rings.iter().map(|ring| doubled_area(ring.iter().map(|c| uv[*c as usize]))).collect();
+    let turned = turned(&rings, &place, &wedge, &areas, &uv_areas);
     let mut plane = Plane { mesh, uv, place: &place, rings: Vec::new(), faces: Vec::new(), tiles: Vec::new() };
     for ((p, mut ring), is_turned) in faces.into_iter().zip(rings).zip(turned) {
         if verdict.faults.len() >= MOST {
