@@ -95,6 +95,10 @@ fn an_offset_moves_all_but_the_first_one_square_to_the_right() {
         let back: Vec<DVec2> = uv_of(&scene, &atlas, k).iter().map(|p| *p - DVec2::X).collect();
         assert_eq!(back, uv_of(&scene, &atlas, 0));
     }
+    // As a file of floats has them.
+    let floats = atlas.corner_uv.iter().map(|p| p.as_vec2().as_dvec2()).collect();
+    let mesh = Mesh { corner_uv: Some(floats), ..scene.mesh };
+    assert_eq!(verdict(&mesh, Rules { stacks: true, ..Rules::default() }).faults, []);
 }
 
 #[test]

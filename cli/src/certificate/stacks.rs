@@ -2,15 +2,12 @@
 //!
 //! Where that is allowed, the first of them that faces up is judged. Of the others each face must be simple and face the way of its
 //! chart: then it covers what its border encloses, each place once, by whichever faces. Faces hang together where they lie on both sides of
-//! an edge in UV: mirrored halves of one piece have the same UVs along their plane, and lie on one side of it. Places are the same to half a step of 2^-24: a
-//! chart may lie a square to the right, and a text rounds u and u + 1 apart.
+//! an edge in UV: mirrored halves of one piece have the same UVs along their plane, and lie on one side of it. Places are the same where
+//! floats have one number for them a square to the right: a chart may lie there.
 
 use super::tiles::tiles;
 use glam::DVec2;
 use std::collections::{HashMap, HashSet};
-
-/// Places in steps of the grid.
-const STEPS: f64 = (1 << 24) as f64;
 
 /// For each ring, whether its chart lies on another that is judged. `wedge` numbers places with their UVs, `vertex` the file's own
 /// vertices, both a corner; what `is_flat` on the mesh needs no area in UV.
@@ -25,7 +22,8 @@ pub fn stacked(
     let (chart, count) = charts(rings, &up, wedge, vertex);
     let (mut broken, mut chart_up) = (vec![false; count], vec![true; count]);
     let mut outline = vec![vec![]; count];
-    let place = |c: u32| uv[c as usize].to_array().map(|x| (x * STEPS).round() as i64);
+    // As a float holds it a square to the right.
+    let place = |c: u32| uv[c as usize].to_array().map(|x| ((x + 1.0) as f32).to_bits());
     for ((ring, up), k) in rings.iter().zip(&up).zip(&chart) {
         let mut points: Vec<DVec2> = ring.iter().map(|c| uv[*c as usize]).collect();
         if !up {
@@ -106,14 +104,14 @@ fn charts(rings: &[Vec<u32>], up: &[bool], wedge: &[u32], vertex: &[u32]) -> (Ve
 }
 
 /// Places of a chart's corners, and the sides that have it on their left alone.
-fn border_and_corners(mut sides: Vec<([[i64; 2]; 2], i32)>) -> Vec<([[i64; 2]; 2], i32)> {
+fn border_and_corners(mut sides: Vec<([[u32; 2]; 2], i32)>) -> Vec<([[u32; 2]; 2], i32)> {
     let corners: Vec<_> = sides.iter().map(|([a, _], _)| ([*a; 2], 0)).collect();
     for ([a, b], times) in sides.iter_mut().filter(|([a, b], _)| a > b) {
         core::mem::swap(a, b);
         *times = -*times;
     }
     sides.sort_unstable();
-    let mut out: Vec<([[i64; 2]; 2], i32)> = Vec::new();
+    let mut out: Vec<([[u32; 2]; 2], i32)> = Vec::new();
     for (ends, times) in sides {
         match out.last_mut().filter(|last| last.0 == ends) {
             Some(last) => last.1 += times,
