@@ -42,7 +42,6 @@ const KNOWN: &[(&str, &[&str])] = &[
             "tube_n24_a0.1_w0.1_tri_half",
             "tube_n32_a0.01_w0.1_tri_half",
             "tube_n32_a0.03_w0.1_tri_half",
-            "tube_n4_a1_w0.5_quad_closed",
             "tube_n5_a0.1_w0.5_tri_closed",
             "tube_n6_a0.03_w0.1_tri_half",
             "tube_n6_a0.1_w0.1_quad_half",
