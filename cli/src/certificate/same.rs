@@ -1,7 +1,7 @@
 //! Whether a mesh is another with other UVs.
 //!
-//! Faces are compared in their order, corner by corner, by place. A format may hold positions as floats of 32 bits, and cut
-//! polygons into triangles, which then take the polygon's place.
+//! Faces are compared in their order, corner by corner, by place. A format may hold positions as floats of 32 bits, a text
+//! as decimals that read back as these floats alone, and cut polygons into triangles, which then take the polygon's place.
 
 use super::fault::Fault;
 use crate::mesh::polygons::Mesh;
@@ -9,7 +9,8 @@ use glam::DVec3;
 use std::collections::HashMap;
 
 fn is_at(input: DVec3, output: DVec3) -> bool {
-    input == output || input.as_vec3().as_dvec3() == output
+    let [a, b] = [input, output].map(DVec3::as_vec3);
+    input == output || a == b && a.is_finite()
 }
 
 fn is_face(input: &Mesh, i: usize, output: &Mesh, o: usize) -> bool {
