@@ -8,7 +8,7 @@ use seamwright::mesh::polygons::Mesh;
 use seamwright::run::threads::Pool;
 use seamwright_core::base::progress::Silent;
 use seamwright_core::base::workers::{Serial, Workers};
-use seamwright_core::pipeline::{Input, Report, Settings, Stacking};
+use seamwright_core::pipeline::{Input, Packing, Report, Settings, Stacking};
 use seamwright_tests::road::{Atlas, input, judge, run_told};
 use seamwright_tests::scenes::{Placed, Scene, scattered};
 use seamwright_tests::shapes::{book, mesh, pear};
@@ -134,6 +134,11 @@ fn a_piece_that_is_its_own_mirror_image_lies_folded_in_its_plane() {
     assert_eq!((report.chart_count, report.stacked), (m.charts.count, m.stacked.charts));
     assert_eq!((2 * m.stacked.charts, 2 * m.stacked.faces), (m.charts.count, m.faces));
     assert!(report.distortion <= Settings::default().distortion, "{}", report.distortion);
+    // Charts have scales of their own in a grid.
+    let settings = Settings { stack: Stacking::Mirrored, packing: Packing::Grid, rays: 64, ..Settings::default() };
+    let told = Input { tolerance: scene.mesh.tolerance, ..input(&scene.mesh) };
+    let (_, grid) = run_told(&told, &settings, &Serial, 0, &mut Silent, &AtomicBool::new(false)).expect("an atlas");
+    assert!((grid.distortion - report.distortion).abs() < 1e-4, "{} {}", grid.distortion, report.distortion);
     // Half of the texels, and no seam in the plane.
     let apart = unwrapped(&scene, Stacking::Same, 0, &Serial);
     let share = bodies_worth(&pear, &scene, &atlas, &report) / bodies_worth(&pear, &scene, &apart.0, &apart.1);

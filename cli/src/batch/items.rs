@@ -57,7 +57,7 @@ impl Found {
         }
         if lists && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt")) {
             let text = fs::read_to_string(path).map_err(|e| Failure::input(path, &e))?;
-            let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+            let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim).filter(|line| !line.is_empty());
             return lines.map(Path::new).try_for_each(|line| self.take(line, false));
         }
         let name = path.file_name().map(PathBuf::from);
@@ -77,6 +77,11 @@ impl Found {
             }
             // A link to a folder may lead round in a circle.
             if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+                // A folder that cannot be read holds no file of this batch, and stops none.
+                if let Err(e) = fs::read_dir(&path) {
+                    eprintln!("warning: {}: {e}; nothing of it is taken", path.display());
+                    continue;
+                }
                 self.folder(&path, &own)?;
             } else if path.is_file() && Format::of(&path).is_some() {
                 self.add(&path, own)?;

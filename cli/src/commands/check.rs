@@ -21,6 +21,10 @@ const SHOWN: usize = 20;
 /// Runs `seamwright check`.
 pub fn check(args: &CheckArgs) -> Result<(), Failure> {
     let name = args.file.display();
+    let is_stream = |path: &Path| path == Path::new("-");
+    if is_stream(&args.file) && args.input.as_deref().is_some_and(is_stream) {
+        return Err(Failure::Usage("--input -: standard input is the atlas already".into()));
+    }
     let stream = args.format.as_deref().and_then(Format::named);
     let loaded = open(&args.file, stream, Reading { uv_set: args.uv_set, ..Reading::default() })?;
     // As the file was read that was unwrapped.
@@ -35,7 +39,8 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
         input: input.as_ref().map(|input| input.mesh()),
         stacks: args.stacked,
     };
-    let found = verdict(loaded.polygons()?, rules);
+    let mesh = loaded.polygons()?;
+    let found = verdict(mesh, rules);
     let mut lines = lines(&found.faults, rules.input, &loaded).into_iter().map(|line| format!("{name}: {line}"));
     let mut lines: Vec<String> = lines.by_ref().take(SHOWN).collect();
     if found.faults.is_empty() {
@@ -61,7 +66,9 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
             };
             let breaches =
                 if count == 1 { "1 breach of a rule".into() } else { format!("{count}{more} breaches of rules") };
-            Err(Failure::Unreached(format!("{name}: {breaches}{shown}; unwrap it again")))
+            let is_stacked = !rules.stacks && verdict(mesh, Rules { stacks: true, ..rules }).faults.is_empty();
+            let cure = if is_stacked { "with --stacked there is none" } else { "unwrap it again" };
+            Err(Failure::Unreached(format!("{name}: {breaches}{shown}; {cure}")))
         }
     }
 }

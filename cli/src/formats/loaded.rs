@@ -13,6 +13,7 @@ use super::target::{Files, Main, Mapping, Target};
 use super::{fbx, off, stl};
 use crate::base::failure::Failure;
 use crate::mesh::polygons::Mesh;
+use crate::mesh::precision;
 use glam::DVec2;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -89,6 +90,9 @@ pub fn load_obj(path: &Path, bytes: Vec<u8>) -> Result<Loaded, Failure> {
     Ok(Loaded { path: path.to_path_buf(), content: Content::Obj(file) })
 }
 
+/// Rounding of positions, over the mesh's size, that the user is told of.
+const COARSE: f64 = 1e-4;
+
 /// `file:line: problem`; line 0 is the whole file.
 fn input_error(path: &Path, line: usize, problem: &dyn core::fmt::Display) -> Failure {
     let line = if line == 0 { String::new() } else { format!(":{line}") };
@@ -151,6 +155,13 @@ impl Loaded {
         let largest = model.mesh.polygons().map(|p| p.len()).max().unwrap_or(0);
         if matches!(target.format, Format::Glb | Format::Gltf) && largest > 3 {
             warnings.push(format!("{} holds triangles alone; polygons are cut into them", target.format.name()));
+        }
+        let rounding = precision::rounding(&model.mesh.positions);
+        if matches!(target.format, Format::Glb | Format::Gltf) && rounding > COARSE {
+            let (name, share) = (target.format.name(), 100.0 * rounding);
+            warnings.push(format!(
+                "{name} holds floats, which round positions so far from the origin by {share:.2} % of the mesh's size; move it there"
+            ));
         }
         Ok(warnings)
     }

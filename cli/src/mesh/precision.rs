@@ -3,6 +3,8 @@
 //! A text is exact to half of its last digit, a float to half of its last bit. Most texts were floats once, so neither is
 //! taken for finer than a float. Whole numbers alone say nothing of digits: they are a lattice's or a drawing's own values.
 
+use glam::DVec3;
+
 /// Half the distance between floats of the size of `largest`, the coordinate farthest from 0. 0 for what no float holds.
 pub fn of_floats(largest: f64) -> f64 {
     let x = largest.abs() as f32;
@@ -10,7 +12,18 @@ pub fn of_floats(largest: f64) -> f64 {
     if ulp.is_finite() { 0.5 * ulp } else { 0.0 }
 }
 
-/// The same for values that may be doubles: where all are floats, that is what they were.
+/// How far floats are from `positions` at the most, over the largest side of their box; 0 of nothing.
+pub fn rounding(positions: &[DVec3]) -> f64 {
+    let (mut low, mut high, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0f64);
+    for p in positions {
+        (low, high) = (low.min(*p), high.max(*p));
+        most = most.max((p.as_vec3().as_dvec3() - *p).abs().max_element());
+    }
+    let size = (high - low).max_element();
+    if size > 0.0 && most.is_finite() { most / size } else { 0.0 }
+}
+
+/// [`of_floats`] for values that may be doubles: where all are floats, that is what they were.
 pub fn of_doubles(values: impl Iterator<Item = f64>) -> f64 {
     let (mut largest, mut are_floats) = (0.0f64, true);
     for x in values {
@@ -75,6 +88,14 @@ mod tests {
         assert_eq!(of_text(&["7", "1e3", "1.5e9", ""]), float);
         assert_eq!(of_text(&["0.333333333333333"]), float);
         assert_eq!(of_floats(f64::MAX), 0.0);
+    }
+
+    #[test]
+    fn rounding_grows_with_the_distance_from_the_origin() {
+        let square = |at: f64| [DVec3::splat(at), DVec3::new(at + 1.0, at, at), DVec3::new(at, at + 0.3, at)];
+        assert!(rounding(&square(0.0)) < 1e-7);
+        assert!((0.1..0.5).contains(&rounding(&square(5e6))), "{}", rounding(&square(5e6)));
+        assert_eq!((rounding(&[]), rounding(&[DVec3::ONE; 3])), (0.0, 0.0));
     }
 
     #[test]

@@ -77,7 +77,8 @@ pub fn warnings(source: &Loaded, mesh: &Loaded, done: &Done) -> Vec<String> {
     let (from, onto) = (source.path.display(), mesh.path.display());
     let mut all = Vec::new();
     if done.source_flipped > 0 {
-        all.push(format!("{from}: {} faces of its atlas are flipped; here they are not", done.source_flipped));
+        let here = if done.copied { "as they were" } else { "not" };
+        all.push(format!("{from}: {} faces of its atlas are flipped; here they are {here}", done.source_flipped));
     }
     if done.source_overlapping > 0 {
         all.push(format!("{from}: {} faces of its atlas overlap", done.source_overlapping));

@@ -148,13 +148,18 @@ impl<'a> Copies<'a> {
 
     /// Gives copies the cuts and UVs of their originals; those of mirrored ones are mirrored.
     pub fn spread(&self, uv: &mut [DVec2], cut: &mut [u8], pieces: &Pieces) {
+        self.spread_maps(uv, pieces);
+        self.spread_cuts(cut, pieces);
+    }
+
+    /// Gives copies the UVs of their originals; those of mirrored ones are mirrored.
+    pub fn spread_maps(&self, uv: &mut [DVec2], pieces: &Pieces) {
         for p in (0..pieces.count()).filter(|p| self.is_copy(*p)) {
             let side = if self.is_mirrored(p) { DVec2::new(-1.0, 1.0) } else { DVec2::ONE };
             for slot in pieces.corners(p) {
                 uv[slot] = uv[self.image(p, slot, pieces)] * side;
             }
         }
-        self.spread_cuts(cut, pieces);
     }
 
     /// Gives copies the cuts of their originals.

@@ -80,15 +80,29 @@ impl<'a> Stacks<'a> {
                 polygon_chart[polygon(slot)] = *number;
             }
         }
-        for p in 0..all.count() {
-            let side = if copies.is_mirrored(p) { DVec2::new(-1.0, 1.0) } else { DVec2::ONE };
-            all.corners(p).for_each(|slot| uv[slot] = corner_uv[corner(slot)] * side);
-        }
+        let flipped = self.flipped(|slot| corner_uv[corner(slot)]);
+        self.spread(uv);
         done.distortion = distortion(uv, all.rest());
-        Ok((done.chart_count - packed, self.flipped(uv)))
+        Ok((done.chart_count - packed, flipped))
     }
-    /// Faces of copies that are flipped: they lie on two of their original, and those form no convex quad. `uv` is as seen from the front.
-    fn flipped(&self, uv: &[DVec2]) -> usize {
+
+    /// From the UVs of the originals, one after the other, to those of all pieces, each as seen from the front.
+    fn spread(&self, uv: &mut [DVec2]) {
+        let Self { all, copies, .. } = self;
+        let originals = (0..all.count()).filter(|p| !copies.is_copy(*p));
+        let mut end: usize = originals.map(|p| all.corners(p).len()).sum();
+        // No original has moved to the left of where it stands: from the last one on nothing is written over.
+        for corners in (0..all.count()).rev().filter(|p| !copies.is_copy(*p)).map(|p| all.corners(p)) {
+            for slot in corners.rev() {
+                end -= 1;
+                uv[slot] = uv[end];
+            }
+        }
+        copies.spread_maps(uv, all);
+    }
+
+    /// Faces of copies that are flipped: they lie on two of their original, and those form no convex quad. `at` is the UV of a corner.
+    fn flipped(&self, at: impl Fn(usize) -> DVec2) -> usize {
         let Self { all, copies, .. } = self;
         let faces = (0..all.count())
             .filter(|p| copies.is_copy(*p))
@@ -96,7 +110,8 @@ impl<'a> Stacks<'a> {
         let is_flipped = |(p, c): (usize, usize)| {
             let on = [0, 1, 2].map(|i| copies.image(p, c + i, all) / 3);
             let is_split = on[0] != on[1] || on[1] != on[2];
-            is_split && (uv[c + 1] - uv[c]).perp_dot(uv[c + 2] - uv[c]) <= 0.0
+            let side = if copies.is_mirrored(p) { -1.0 } else { 1.0 };
+            is_split && (at(c + 1) - at(c)).perp_dot(at(c + 2) - at(c)) * side <= 0.0
         };
         faces.filter(|at| is_flipped(*at)).count()
     }

@@ -113,7 +113,7 @@ pub fn transfer_atlas(
     let mut report = TransferReport { source_charts: atlas.charts, extent: from.extent, ..TransferReport::default() };
     report.source_flipped = atlas.flipped;
     report.source_overlapping = overlapping(&atlas, scratch.frame(), workers)?;
-    if report.source_flipped == 0 && is_twin(source, mesh) {
+    if is_twin(source, mesh) {
         copy_uvs(output.corner_uv, source, uv, mesh);
         output.polygon_chart.fill(NONE);
         from.polygon.iter().zip(atlas.chart).for_each(|(p, chart)| output.polygon_chart[*p as usize] = *chart);
