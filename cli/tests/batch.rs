@@ -190,7 +190,7 @@ fn ranks_share_the_files_and_a_slow_file_is_given_up() {
 #[test]
 fn all_files_may_get_another_set_of_uvs() {
     let folder = folder();
-    let done = run(folder.path(), &["-o", "out", "--jobs", "2", "--uv-set", "2", "--keep-seams"]);
+    let done = run(folder.path(), &["-o", "out", "--jobs", "2", "--uv-set", "2"]);
     let glb = fs::read(folder.path().join("out/sub/rigged.glb")).expect("an output");
     assert!(glb.windows(10).any(|w| w == b"TEXCOORD_2"), "{}", String::from_utf8_lossy(&done.stderr));
     let input = fs::read(folder.path().join("in/sub/rigged.glb")).expect("an input");
