@@ -78,6 +78,16 @@ fn along_axes(borders: &[Vec<DVec2>]) -> f64 {
     straight / all
 }
 
+/// The borders of an atlas of one of the family, which is sound and within the bound.
+fn sound_borders(name: &str, straighten: Straighten) -> Vec<Vec<DVec2>> {
+    let mesh = named(name).expect("one of the family").mesh();
+    let settings = settings(straighten);
+    let (atlas, report) = run(&mesh, &settings, &Serial, 0).unwrap();
+    assert_eq!(unsound(&judge(&mesh, &atlas), &atlas, &report), Vec::<String>::new(), "{name}");
+    assert!(report.distortion <= settings.distortion, "{name}: {}", report.distortion);
+    borders(&mesh, &atlas)
+}
+
 #[test]
 fn sides_of_cylinders_prisms_tubes_pipes_and_belts_are_rectangles_along_the_axes() {
     let names = [
@@ -93,12 +103,7 @@ fn sides_of_cylinders_prisms_tubes_pipes_and_belts_are_rectangles_along_the_axes
         "belt_toothed_w2_n8_s3_r1_tri",
     ];
     for name in names {
-        let mesh = named(name).expect("one of the family").mesh();
-        let settings = settings(Straighten::Auto);
-        let (atlas, report) = run(&mesh, &settings, &Serial, 0).unwrap();
-        assert_eq!(unsound(&judge(&mesh, &atlas), &atlas, &report), Vec::<String>::new(), "{name}");
-        assert!(report.distortion <= settings.distortion, "{name}: {}", report.distortion);
-        let borders = borders(&mesh, &atlas);
+        let borders = sound_borders(name, Straighten::Auto);
         for border in &borders {
             let (count, bend) = corners(border);
             assert!(count == 4 && bend < 1e-3, "{name}: {count} corners, {bend}");
@@ -146,13 +151,8 @@ fn a_slanted_letter_with_a_bridged_hole_stays_flat_from_whichever_corner_it_begi
 #[test]
 fn strips_between_sharp_edges_are_cut_out_where_that_is_asked_for() {
     for name in ["cylinder_n32_a1_fan_quad_closed", "cylinder_n32_a0.3_corner_tri_closed"] {
-        let mesh = named(name).expect("one of the family").mesh();
-        let settings = settings(Straighten::Strips);
-        let (atlas, report) = run(&mesh, &settings, &Serial, 0).unwrap();
-        assert_eq!(unsound(&judge(&mesh, &atlas), &atlas, &report), Vec::<String>::new(), "{name}");
-        assert!(report.distortion <= settings.distortion, "{name}: {}", report.distortion);
         // The side is a rectangle; the lids are round.
-        let borders = borders(&mesh, &atlas);
+        let borders = sound_borders(name, Straighten::Strips);
         let sides = borders.iter().map(|b| corners(b)).filter(|(count, _)| *count == 4);
         assert_eq!((borders.len(), sides.filter(|(_, bend)| *bend < 1e-3).count()), (3, 1), "{name}");
     }

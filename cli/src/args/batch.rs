@@ -2,6 +2,7 @@
 
 use super::group::GroupArg;
 use super::settings::SettingsArgs;
+use super::writing::UvSetArgs;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -32,12 +33,9 @@ pub struct BatchArgs {
     /// What shares an atlas, a unit square of its own
     #[arg(long, value_enum, default_value_t = GroupArg::Scene)]
     pub group: GroupArg,
-    /// Which set of UVs is written, and read where UVs are kept: TEXCOORD_N of a glTF, texcoordN of a PLY. Other sets stay
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=15))]
-    pub uv_set: u32,
-    /// Keep the UVs that this set has as another set, which the materials of a glTF then take
-    #[arg(long)]
-    pub keep: bool,
+    /// The UVs among others.
+    #[command(flatten)]
+    pub set: UvSetArgs,
     /// Keep the borders of the UVs that a file has as cuts
     #[arg(long)]
     pub keep_seams: bool,

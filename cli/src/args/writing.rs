@@ -16,13 +16,21 @@ pub struct WritingArgs {
     /// What - is, as mesh (standard input) or as -o (standard output)
     #[arg(long, value_name = "FORMAT", value_parser = FORMATS)]
     pub format: Option<String>,
+    /// The UVs among others.
+    #[command(flatten)]
+    pub set: UvSetArgs,
+    /// Write an .off, which holds no UVs a corner
+    #[arg(long)]
+    pub without_uvs: bool,
+}
+
+/// Which of a file's sets of UVs is meant.
+#[derive(Clone, Debug, Args)]
+pub struct UvSetArgs {
     /// Which set of UVs is written, and read where UVs are kept: TEXCOORD_N of a glTF, texcoordN of a PLY. Other sets stay
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=15))]
     pub uv_set: u32,
     /// Keep the UVs that this set has as another set, which the materials of a glTF then take
     #[arg(long)]
     pub keep: bool,
-    /// Write an .off, which holds no UVs a corner
-    #[arg(long)]
-    pub without_uvs: bool,
 }

@@ -5,7 +5,7 @@ use crate::base::failure::Failure;
 use crate::files::paths::same_file;
 use crate::formats::format::Format;
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, ReadDir};
 use std::path::{Path, PathBuf};
 
 /// A file to unwrap.
@@ -53,7 +53,8 @@ impl Found {
             if self.output.is_some() && fs::canonicalize(path).ok() == self.output {
                 return Err(over_itself(path, path));
             }
-            return self.folder(path, Path::new(""));
+            let entries = fs::read_dir(path).map_err(|e| Failure::input(path, &e))?;
+            return self.folder(path, entries, Path::new(""));
         }
         if lists && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt")) {
             let text = fs::read_to_string(path).map_err(|e| Failure::input(path, &e))?;
@@ -65,11 +66,11 @@ impl Found {
     }
 
     /// Every mesh below a folder, but for what is hidden.
-    fn folder(&mut self, folder: &Path, name: &Path) -> Result<(), Failure> {
+    fn folder(&mut self, folder: &Path, entries: ReadDir, name: &Path) -> Result<(), Failure> {
         if self.output.is_some() && fs::canonicalize(folder).ok() == self.output {
             return Ok(());
         }
-        for entry in fs::read_dir(folder).map_err(|e| Failure::input(folder, &e))? {
+        for entry in entries {
             let entry = entry.map_err(|e| Failure::input(folder, &e))?;
             let (path, own) = (entry.path(), name.join(entry.file_name()));
             if entry.file_name().to_string_lossy().starts_with('.') {
@@ -78,11 +79,10 @@ impl Found {
             // A link to a folder may lead round in a circle.
             if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
                 // A folder that cannot be read holds no file of this batch, and stops none.
-                if let Err(e) = fs::read_dir(&path) {
-                    eprintln!("warning: {}: {e}; nothing of it is taken", path.display());
-                    continue;
+                match fs::read_dir(&path) {
+                    Ok(entries) => self.folder(&path, entries, &own)?,
+                    Err(e) => eprintln!("warning: {}: {e}; nothing of it is taken", path.display()),
                 }
-                self.folder(&path, &own)?;
             } else if path.is_file() && Format::of(&path).is_some() {
                 self.add(&path, own)?;
             }

@@ -48,8 +48,8 @@ pub fn run(args: &BatchArgs, items: &[Item]) -> Result<(), Failure> {
     let cores = available_parallelism().map_or(1, usize::from);
     let jobs = args.jobs.map_or(cores, usize::from).min(items.len()).max(1);
     let mut words = args.settings.words();
-    words.extend(["--group".into(), args.group.name().into(), "--uv-set".into(), args.uv_set.to_string()]);
-    let flags = [("--keep", args.keep), ("--keep-seams", args.keep_seams)];
+    words.extend(["--group".into(), args.group.name().into(), "--uv-set".into(), args.set.uv_set.to_string()]);
+    let flags = [("--keep", args.set.keep), ("--keep-seams", args.keep_seams)];
     words.extend(flags.iter().filter(|(_, is_set)| *is_set).map(|(flag, _)| flag.to_string()));
     let batch = Batch {
         args,

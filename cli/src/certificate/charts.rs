@@ -44,32 +44,46 @@ pub(super) fn across_cracks(
 /// The chart of each ring, numbered from 0 as they come, and how many there are. `rings` are corners, `joined` pairs of wedges that
 /// are of one chart.
 pub(super) fn charts(wedge: &[u32], rings: &[Vec<u32>], joined: &[[u32; 2]]) -> (Vec<u32>, usize) {
-    let mut parent: Vec<u32> = (0..wedge.iter().max().map_or(0, |most| most + 1)).collect();
-    fn root(parent: &mut [u32], mut w: u32) -> u32 {
-        while parent[w as usize] != w {
-            parent[w as usize] = parent[parent[w as usize] as usize];
-            w = parent[w as usize];
-        }
-        w
-    }
-    for pair in joined {
-        let [a, b] = pair.map(|w| root(&mut parent, w));
-        parent[b as usize] = a;
-    }
+    let mut sets = Sets::new(wedge.iter().max().map_or(0, |most| *most as usize + 1));
+    joined.iter().for_each(|[a, b]| sets.join(*a as usize, *b as usize));
     for ring in rings {
-        let first = root(&mut parent, wedge[ring[0] as usize]);
-        for corner in &ring[1..] {
-            let other = root(&mut parent, wedge[*corner as usize]);
-            parent[other as usize] = first;
-        }
+        ring[1..].iter().for_each(|c| sets.join(wedge[ring[0] as usize] as usize, wedge[*c as usize] as usize));
     }
-    let mut numbers = HashMap::new();
-    let of = |ring: &Vec<u32>| {
-        let next = numbers.len() as u32;
-        *numbers.entry(root(&mut parent, wedge[ring[0] as usize])).or_insert(next)
-    };
-    let charts = rings.iter().map(of).collect();
-    (charts, numbers.len())
+    sets.numbered(rings.iter().map(|ring| wedge[ring[0] as usize] as usize))
+}
+
+/// Sets of numbers that are joined.
+pub(super) struct Sets(Vec<usize>);
+
+impl Sets {
+    /// Each number below `count` by itself.
+    pub fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    pub fn join(&mut self, a: usize, b: usize) {
+        let [a, b] = [a, b].map(|member| self.root(member));
+        self.0[b] = a;
+    }
+
+    fn root(&mut self, mut member: usize) -> usize {
+        while self.0[member] != member {
+            self.0[member] = self.0[self.0[member]];
+            member = self.0[member];
+        }
+        member
+    }
+
+    /// The set of each of `members`, numbered from 0 as they come, and how many there are.
+    pub fn numbered(mut self, members: impl Iterator<Item = usize>) -> (Vec<u32>, usize) {
+        let mut numbers = HashMap::new();
+        let of = |member: usize| {
+            let next = numbers.len() as u32;
+            *numbers.entry(self.root(member)).or_insert(next)
+        };
+        let sets = members.map(of).collect();
+        (sets, numbers.len())
+    }
 }
 
 /// Sides of rings, as two corners and the ring, on whose other side no ring lies.

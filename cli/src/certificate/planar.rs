@@ -1,4 +1,4 @@
-//! Exact predicates of points in the plane, by adaptive expansions (Shewchuk 1997).
+//! Exact predicates of points in the plane, by adaptive expansions (Shewchuk 1997); and an area, which is rounded.
 
 use glam::DVec2;
 use robust::{Coord, orient2d};
@@ -21,6 +21,12 @@ pub(super) fn interiors_meet(a: &[DVec2; 3], b: &[DVec2; 3]) -> bool {
 /// Whether `p` lies in a counter-clockwise triangle or on its border.
 pub(super) fn holds([a, b, c]: [DVec2; 3], p: DVec2) -> bool {
     turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0
+}
+
+/// Twice the area that a ring of points goes around, rounded.
+pub(super) fn doubled_area(points: impl Iterator<Item = DVec2> + Clone) -> f64 {
+    let next = points.clone().cycle().skip(1);
+    points.zip(next).map(|(a, b)| a.perp_dot(b)).sum()
 }
 
 #[cfg(test)]

@@ -5,6 +5,8 @@
 //! an edge in UV: mirrored halves of one piece have the same UVs along their plane, and lie on one side of it. Places are the same where
 //! floats have one number for them a square to the right: a chart may lie there.
 
+use super::charts::Sets;
+use super::planar::doubled_area;
 use super::tiles::tiles;
 use glam::DVec2;
 use std::collections::{HashMap, HashSet};
@@ -24,14 +26,14 @@ pub fn stacked(
     let mut outline = vec![vec![]; count];
     // As a float holds it a square to the right.
     let place = |c: u32| uv[c as usize].to_array().map(|x| ((x + 1.0) as f32).to_bits());
-    for ((ring, up), k) in rings.iter().zip(&up).zip(&chart) {
+    for ((ring, up), k) in rings.iter().zip(&up).zip(chart.iter().map(|k| *k as usize)) {
         let mut points: Vec<DVec2> = ring.iter().map(|c| uv[*c as usize]).collect();
         if !up {
             points.reverse();
         }
-        chart_up[*k] &= up;
-        broken[*k] |= tiles(&points).is_none() && !is_flat(ring);
-        outline[*k].extend(sides(ring, *up).map(|side| (side.map(place), 1)));
+        chart_up[k] &= up;
+        broken[k] |= tiles(&points).is_none() && !is_flat(ring);
+        outline[k].extend(sides(ring, *up).map(|side| (side.map(place), 1)));
     }
     let mut sets = HashMap::<_, Vec<usize>>::new();
     for (k, outline) in outline.into_iter().enumerate().filter(|(k, _)| !broken[*k]) {
@@ -42,16 +44,12 @@ pub fn stacked(
         let judged = set.iter().find(|k| chart_up[**k]).unwrap_or(&set[0]);
         set.iter().filter(|k| *k != judged).for_each(|k| lies_on[*k] = true);
     }
-    chart.iter().map(|k| lies_on[*k]).collect()
+    chart.iter().map(|k| lies_on[*k as usize]).collect()
 }
 
 /// Whether each ring is counter-clockwise in UV. What has no area faces as what is around it.
 fn faces_up(rings: &[Vec<u32>], uv: &[DVec2], wedge: &[u32]) -> Vec<bool> {
-    let size = |ring: &Vec<u32>| {
-        let point = |c: &u32| uv[*c as usize];
-        ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| point(a).perp_dot(point(b))).sum::<f64>()
-    };
-    let sizes: Vec<f64> = rings.iter().map(size).collect();
+    let sizes: Vec<f64> = rings.iter().map(|ring| doubled_area(ring.iter().map(|c| uv[*c as usize]))).collect();
     let at = |is: &dyn Fn(f64) -> bool| {
         let some = rings.iter().zip(&sizes).filter(|(_, size)| is(**size)).flat_map(|(ring, _)| ring);
         some.map(|c| wedge[*c as usize]).collect::<HashSet<u32>>()
@@ -72,35 +70,21 @@ fn sides(ring: &[u32], up: bool) -> impl Iterator<Item = [u32; 2]> {
 
 /// Chart of each ring, and how many there are: rings hang together where one lies to the left of a side and the other to its right;
 /// where more than two do, those that share the file's own vertices.
-fn charts(rings: &[Vec<u32>], up: &[bool], wedge: &[u32], vertex: &[u32]) -> (Vec<usize>, usize) {
+fn charts(rings: &[Vec<u32>], up: &[bool], wedge: &[u32], vertex: &[u32]) -> (Vec<u32>, usize) {
     let named = |side: [u32; 2], names: &[u32]| side.map(|c| names[c as usize]);
     let mut left = HashMap::<[u32; 2], Vec<([u32; 2], usize)>>::new();
     let all = || (0..rings.len()).flat_map(|r| sides(&rings[r], up[r]).map(move |side| (side, r)));
     all().for_each(|(side, r)| left.entry(named(side, wedge)).or_default().push((named(side, vertex), r)));
-    let mut parent: Vec<usize> = (0..rings.len()).collect();
-    fn root(parent: &mut [usize], mut r: usize) -> usize {
-        while parent[r] != r {
-            parent[r] = parent[parent[r]];
-            r = parent[r];
-        }
-        r
-    }
+    let mut sets = Sets::new(rings.len());
     for ([a, b], r) in all() {
         let [p, q] = named([a, b], wedge);
         let Some(right) = left.get(&[q, p]) else { continue };
         let is_alone = right.len() == 1 && left[&[p, q]].len() == 1;
         for (_, other) in right.iter().filter(|(own, _)| is_alone || *own == named([b, a], vertex)) {
-            let [r, other] = [r, *other].map(|r| root(&mut parent, r));
-            parent[r.max(other)] = r.min(other);
+            sets.join(r, *other);
         }
     }
-    let mut numbers = HashMap::new();
-    let of = |r: usize| {
-        let next = numbers.len();
-        *numbers.entry(root(&mut parent, r)).or_insert(next)
-    };
-    let charts = (0..rings.len()).map(of).collect();
-    (charts, numbers.len())
+    sets.numbered(0..rings.len())
 }
 
 /// Places of a chart's corners, and the sides that have it on their left alone.

@@ -12,7 +12,7 @@ use super::distance::Texels;
 use super::facing::turned;
 use super::fault::Fault;
 use super::gutters::{self, Side};
-use super::planar::interiors_meet;
+use super::planar::{doubled_area, interiors_meet};
 use super::rings::{places, reduced, unpinched};
 use super::same;
 use super::stacks::{moved_back, stacked};
@@ -211,12 +211,6 @@ fn diagonal(mesh: &Mesh) -> f64 {
     let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (low, high) = named.fold(start, |(low, high), p| (low.min(p), high.max(p)));
     low.distance(high)
-}
-
-/// Twice the area that a ring of points goes around, rounded.
-fn doubled_area(points: impl Iterator<Item = DVec2> + Clone) -> f64 {
-    let next = points.clone().cycle().skip(1);
-    points.zip(next).map(|(a, b)| a.perp_dot(b)).sum()
 }
 
 /// Twice the area of a ring in space, and the square of its longest side, rounded.

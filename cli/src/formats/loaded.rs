@@ -152,16 +152,18 @@ impl Loaded {
         let warning = (!losses.is_empty())
             .then(|| format!("{} does not take along: {}", target.format.name(), losses.join(", ")));
         let mut warnings: Vec<String> = warning.into_iter().collect();
-        let largest = model.mesh.polygons().map(|p| p.len()).max().unwrap_or(0);
-        if matches!(target.format, Format::Glb | Format::Gltf) && largest > 3 {
-            warnings.push(format!("{} holds triangles alone; polygons are cut into them", target.format.name()));
-        }
-        let rounding = precision::rounding(&model.mesh.positions);
-        if matches!(target.format, Format::Glb | Format::Gltf) && rounding > COARSE {
-            let (name, share) = (target.format.name(), 100.0 * rounding);
-            warnings.push(format!(
-                "{name} holds floats, which round positions so far from the origin by {share:.2} % of the mesh's size; move it there"
-            ));
+        if matches!(target.format, Format::Glb | Format::Gltf) {
+            let name = target.format.name();
+            if model.mesh.polygons().any(|p| p.len() > 3) {
+                warnings.push(format!("{name} holds triangles alone; polygons are cut into them"));
+            }
+            let rounding = precision::rounding(&model.mesh.positions);
+            if rounding > COARSE {
+                let share = 100.0 * rounding;
+                warnings.push(format!(
+                    "{name} holds floats, which round positions so far from the origin by {share:.2} % of the mesh's size; move it there"
+                ));
+            }
         }
         Ok(warnings)
     }

@@ -37,21 +37,27 @@ pub fn target(asked: &WritingArgs, input: &Path) -> Result<Target, Failure> {
         }
         _ => {}
     }
-    if format == Format::Obj && asked.uv_set > 0 {
-        return Err(refuse(&format!("--uv-set {}", asked.uv_set), "OBJ holds one set of UVs, number 0".into()));
+    if format == Format::Obj && asked.set.uv_set > 0 {
+        return Err(refuse(&format!("--uv-set {}", asked.set.uv_set), "OBJ holds one set of UVs, number 0".into()));
     }
-    if format == Format::Obj && asked.keep {
+    if format == Format::Obj && asked.set.keep {
         return Err(refuse("--keep", "OBJ holds one set of UVs".into()));
     }
-    Ok(Target { path: asked.output.clone(), format, uv_set: asked.uv_set, keep: asked.keep })
+    Ok(Target { path: asked.output.clone(), format, uv_set: asked.set.uv_set, keep: asked.set.keep })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::args::writing::UvSetArgs;
 
     fn asked(output: &str) -> WritingArgs {
-        WritingArgs { output: output.into(), format: None, uv_set: 0, keep: false, without_uvs: false }
+        WritingArgs {
+            output: output.into(),
+            format: None,
+            set: UvSetArgs { uv_set: 0, keep: false },
+            without_uvs: false,
+        }
     }
 
     #[test]
@@ -67,8 +73,8 @@ mod tests {
         refused(&asked("b"), "unknown ending");
         refused(&asked("b.off"), "--without-uvs");
         refused(&WritingArgs { without_uvs: true, ..asked("b.ply") }, "leave it out");
-        refused(&WritingArgs { uv_set: 1, ..asked("b.obj") }, "--uv-set 1");
-        refused(&WritingArgs { keep: true, ..asked("b.obj") }, "--keep");
+        refused(&WritingArgs { set: UvSetArgs { uv_set: 1, keep: false }, ..asked("b.obj") }, "--uv-set 1");
+        refused(&WritingArgs { set: UvSetArgs { uv_set: 0, keep: true }, ..asked("b.obj") }, "--keep");
         assert!(target(&WritingArgs { without_uvs: true, ..asked("b.off") }).is_ok());
     }
 

@@ -11,7 +11,7 @@ use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::stacks::{find_stacked, find_stacked_need};
 use seamwright_core::judge::wedges::{uv_topology, uv_topology_need};
 use seamwright_core::mesh::view::NONE;
-use seamwright_core::plane::grid::grid_bits;
+use seamwright_core::plane::grid::GRID_BITS;
 
 /// Samples a pixel and axis.
 const SAMPLES: usize = 2;
@@ -154,7 +154,7 @@ fn judged(surface: &PictureSurface, uv: &[[DVec2; 3]]) -> Judged {
     let mut judged = Judged { turned: vec![0; uv.len()], hidden: vec![0; uv.len()], stacked: 0 };
     let found = uv_topology(mesh, &mut scratch).and_then(|topology| {
         find_turned(&mut judged.turned, mesh, &topology, &solid, scratch.frame())?;
-        let bits = grid_bits(mesh.uv_box().map_or(0.0, |b| b.low.abs().max(b.high.abs()).max_element()));
+        let bits = mesh.uv_box().map_or(GRID_BITS, |b| b.grid_bits());
         let (chart, count) = (topology.chart, topology.chart_count);
         judged.stacked = find_stacked(&mut judged.hidden, uv, chart, count, bits, scratch)?.charts;
         Ok(())

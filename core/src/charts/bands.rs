@@ -5,9 +5,10 @@
 //! is known before it is: by the angles of the faces there.
 //! Guarantee: no edge is marked that must not be cut. O(f). Limit: a strip that runs smoothly into something else is none.
 
+use super::strip::CORNER;
 use super::surface::Surface;
-use crate::base::real::{atan2, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::mesh::normals::angle;
 use crate::mesh::view::{NONE, next, prev};
 use bytemuck::{Pod, Zeroable};
 use core::f64::consts::PI;
@@ -19,8 +20,6 @@ const SHARP: f64 = 35.0;
 const FLAT: f64 = 0.9994;
 /// How far, in radians, a region may be from unrolling, and a side from straight, over all of its vertices: what a file's digits leave.
 const STRAIGHT: f64 = 0.05;
-/// Turn of a border at a corner, in degrees.
-const CORNER: [f64; 2] = [45.0, 135.0];
 
 /// What is known of a region.
 #[repr(C)]
@@ -65,22 +64,22 @@ pub fn part_bands(forced: &mut [u8], surface: &Surface, mut scratch: Scratch) ->
     let node = scratch.take::<u32>(3 * faces)?;
     let nodes = surface.wedges(cut, node);
     let regions = scratch.take::<Region>(count)?;
-    let angle = scratch.take::<f64>(nodes)?;
-    (0..3 * faces as u32).for_each(|c| angle[node[c as usize] as usize] += corner_angle(surface, c));
+    let angles = scratch.take::<f64>(nodes)?;
+    (0..3 * faces as u32).for_each(|c| angles[node[c as usize] as usize] += corner_angle(surface, c));
     let on_border = scratch.take::<u8>(nodes)?;
     let passed = scratch.take::<u8>(3 * faces)?;
     for c in (0..3 * faces as u32).filter(|c| surface.is_open(cut, *c)) {
         on_border[node[c as usize] as usize] = 1;
         if passed[c as usize] == 0 {
             follow(&mut regions[region[c as usize / 3] as usize], passed, surface, cut, c, |c| {
-                PI - angle[node[c as usize] as usize]
+                PI - angles[node[c as usize] as usize]
             });
         }
     }
     for (c, n) in node.iter().enumerate() {
         // An inner vertex counts once.
         if core::mem::replace(&mut on_border[*n as usize], 1) == 0 {
-            regions[region[c / 3] as usize].defect += (2.0 * PI - angle[*n as usize]).abs();
+            regions[region[c / 3] as usize].defect += (2.0 * PI - angles[*n as usize]).abs();
         }
     }
     for (f, r) in region.iter().enumerate() {
@@ -129,14 +128,14 @@ fn is_sharp(surface: &Surface, c: u32) -> bool {
         return false;
     }
     let [m, n] = [c, t].map(|c| surface.mesh.area_vector(c as usize / 3));
-    atan2(m.cross(n).length(), m.dot(n)) > SHARP.to_radians()
+    angle(m, n) > SHARP.to_radians()
 }
 
 /// Angle of a face at corner `c`.
 fn corner_angle(surface: &Surface, c: u32) -> f64 {
     let p = surface.mesh.position(c);
     let [a, b] = [next(c), prev(c)].map(|d| surface.mesh.position(d) - p);
-    atan2(sqrt(a.cross(b).length_squared()), a.dot(b))
+    angle(a, b)
 }
 
 #[cfg(test)]

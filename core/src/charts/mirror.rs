@@ -53,7 +53,7 @@ struct Guess {
 /// Scratch bytes that [`Mirror::find`] keeps or uses for a piece.
 pub const fn mirror_need(faces: usize) -> usize {
     let corners = 3 * faces;
-    4 * bytes_for::<u32>(corners) + 3 * bytes_for::<u32>(corners) + bytes_for::<f64>(corners)
+    7 * bytes_for::<u32>(corners) + bytes_for::<f64>(corners)
 }
 
 /// How a piece lies on itself mirrored.
@@ -76,11 +76,11 @@ impl<'a> Mirror<'a> {
         let image = keep.take::<u32>(surface.twin.len())?;
         let mut scratch = keep.frame();
         let vertices = surface.mesh.positions.len();
-        let slack = Invariants::of(surface).slack(likeness);
+        let figures = Invariants::of(surface);
+        let (centre, slack) = (figures.centre, figures.slack(likeness));
         let of = scratch.take::<u32>(vertices)?;
         let queue = scratch.take::<u32>(vertices)?;
         let tried = scratch.take::<u32>(image.len())?;
-        let centre = Invariants::of(surface).centre;
         let mut search = MirrorSearch { surface, centre, slack, of, queue, effort: 0 };
         let (mut best, mut longest) = (None, 0.0);
         search.each_guess(scratch, |search, guess| {
@@ -231,12 +231,11 @@ impl MirrorSearch<'_> {
     fn lay_corners(&self, image: &mut [u32], over_diagonals: bool) -> bool {
         (0..self.surface.mesh.faces.len() as u32).all(|f| {
             let corners = [3 * f, 3 * f + 1, 3 * f + 2];
-            let [Some(a), Some(b), Some(c)] = corners.map(|c| self.along_edge(c).or_else(|| self.across_diagonal(c)))
-            else {
-                return false;
-            };
+            let along = corners.map(|c| self.along_edge(c));
+            let missing = along.iter().filter(|on| on.is_none()).count();
+            let both = [0, 1, 2].map(|i| along[i].or_else(|| self.across_diagonal(corners[i])));
+            let [Some(a), Some(b), Some(c)] = both else { return false };
             corners.iter().zip([a, b, c]).for_each(|(c, on)| image[*c as usize] = on);
-            let missing = corners.iter().filter(|c| self.along_edge(**c).is_none()).count();
             missing == 0 && a / 3 == b / 3 && b / 3 == c / 3 || missing == 1 && over_diagonals
         })
     }

@@ -16,7 +16,7 @@ use core::f64::consts::PI;
 use glam::DVec2;
 
 /// Turn of the border, in degrees, from which on a node is a corner, and up to which it is one of a rectangle.
-const CORNER: [f64; 2] = [45.0, 135.0];
+pub(super) const CORNER: [f64; 2] = [45.0, 135.0];
 /// Turn inwards from which on a border is no side of a strip.
 const INWARDS: f64 = -30.0;
 /// Times that the sides and the inside are brought to least energy in turn: the sides then move by less than 1e-4.

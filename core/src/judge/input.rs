@@ -6,6 +6,7 @@
 
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::plane::grid::grid_bits;
 use glam::{DVec2, DVec3};
 
 /// A UV-mapped triangle mesh. Nothing needs to be welded, oriented or manifold.
@@ -33,6 +34,11 @@ impl UvBox {
     pub fn extent(&self) -> f64 {
         let side = (self.high - self.low).max_element();
         if side > 0.0 { side } else { 1.0 }
+    }
+
+    /// Of the finest grid that holds all of it; see [`grid_bits`].
+    pub fn grid_bits(&self) -> i32 {
+        grid_bits(self.low.abs().max(self.high.abs()).max_element())
     }
 }
 

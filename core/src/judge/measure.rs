@@ -15,7 +15,7 @@ use super::wedges::{UvTopology, uv_topology, uv_topology_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::workers::Serial;
 use crate::mesh::view::NONE;
-use crate::plane::grid::{GridPoint, GridTriangle, doubled_area, grid_bits};
+use crate::plane::grid::{GRID_BITS, GridPoint, GridTriangle, doubled_area};
 use crate::plane::overlap::{overlaps, overlaps_need};
 use glam::DVec2;
 
@@ -157,7 +157,7 @@ pub fn measure(
     };
     let area = sum_where(&|_| true);
     let stacked = scratch.take::<u8>(faces)?;
-    let bits = grid_bits(uv_box.map_or(0.0, |b| b.low.abs().max(b.high.abs()).max_element()));
+    let bits = uv_box.map_or(GRID_BITS, |b| b.grid_bits());
     let stacks = find_stacked(stacked, mesh.corner_uv, topology.chart, topology.chart_count, bits, scratch.frame())?;
     Ok(Metrics {
         vertices: topology.vertex_count,

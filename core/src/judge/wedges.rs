@@ -18,7 +18,7 @@ use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::base::union_find::UnionFind;
 use crate::mesh::view::NONE;
-use crate::plane::grid::grid_bits;
+use crate::plane::grid::GRID_BITS;
 use core::cmp::Ordering;
 use glam::{DVec2, DVec3};
 
@@ -92,7 +92,7 @@ pub fn uv_topology<'s>(mesh: UvMesh, scratch: &mut Scratch<'s>) -> Result<UvTopo
     let vertex_count = weld(welded, mesh.positions, scratch.frame())?;
     let wedge_count = weld_uv(wedge, mesh, welded, scratch.frame())?;
     let ends = Ends { triangles: mesh.triangles, corner_uv: mesh.corner_uv, welded, wedge };
-    let bits = grid_bits(mesh.uv_box().map_or(0.0, |b| b.low.abs().max(b.high.abs()).max_element()));
+    let bits = mesh.uv_box().map_or(GRID_BITS, |b| b.grid_bits());
     let (edge_count, chart_count) = join(edges, chart, seam_sides, ends, bits, scratch.frame())?;
     let (euler, loops) = (&mut euler[..chart_count], &mut loops[..chart_count]);
     {

@@ -36,7 +36,7 @@ pub fn vertex_normals(normals: &mut [DVec3], mesh: MeshView, weight: NormalWeigh
 }
 
 /// The angle between two vectors, in [0, pi].
-fn angle(u: DVec3, v: DVec3) -> f64 {
+pub fn angle(u: DVec3, v: DVec3) -> f64 {
     let c = u.cross(v);
     real::atan2(real::sqrt(c.dot(c)), u.dot(v))
 }

@@ -43,7 +43,7 @@ impl<'a> Alike<'a> {
 }
 
 /// What counts as alike where it is stacked so. Each coordinate may be off by `tolerance`.
-pub(super) fn likeness(stack: Stacking, tolerance: f64) -> Likeness {
+fn likeness(stack: Stacking, tolerance: f64) -> Likeness {
     match stack {
         Stacking::Off => Likeness::exact(tolerance),
         Stacking::Same | Stacking::Mirrored => Likeness::near(stack == Stacking::Mirrored),

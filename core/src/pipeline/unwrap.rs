@@ -1,6 +1,6 @@
 //! From polygons to a UV atlas: the one place that joins the stages.
 
-use super::alike::{Alike, likeness};
+use super::alike::Alike;
 use super::exact::{ExactRun, Polishing};
 use super::exposure::{expose, share_exposure};
 use super::forced::{Forcing, Layout, Planes, lay_out};
@@ -14,6 +14,7 @@ use crate::base::progress::{Progress, Stage, tell};
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;
 use crate::charts::bands::part_bands_need;
+use crate::charts::congruence::Likeness;
 use crate::charts::copies::{Copies, copies_keep, copies_need};
 use crate::charts::halves::part_halves_need;
 use crate::charts::pieces::{Pieces, pieces_need};
@@ -172,7 +173,7 @@ impl Attempt<'_> {
         let tolerance = (input.tolerance / working.extent).max(repaired.crack_width) * own_frame.scale();
         let breaks = prices(cost, &working, &given, Rates { hard_edges, prefer, tolerance }, seen, scratch.frame())?;
         let mut frame = scratch.frame();
-        let forcing = Forcing::new(input.parts, settings, breaks, self.planes(tolerance));
+        let forcing = Forcing::new(input.parts, settings, breaks, self.planes());
         let Layout { pieces, closed_breaks, mirror } = lay_out(&working, &given, forcing, cost, &mut frame)?;
         let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
         let cut = frame.take::<u8>(working.twin.len())?;
@@ -229,10 +230,10 @@ impl Attempt<'_> {
     }
 
     /// The planes in which pieces are folded; none where nothing is stacked mirrored, or UVs are given that have no such seams.
-    fn planes(&self, tolerance: f64) -> Option<Planes> {
+    fn planes(&self) -> Option<Planes> {
         let Self { input, settings, over_diagonals, .. } = *self;
         let folds = settings.stack == Stacking::Mirrored && input.kept_uv.is_none();
-        folds.then(|| Planes { likeness: likeness(settings.stack, tolerance), over_diagonals })
+        folds.then(|| Planes { likeness: Likeness::near(true), over_diagonals })
     }
 }
 
