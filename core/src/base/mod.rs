@@ -1,6 +1,7 @@
 //! The lowest room: memory, workers, progress, numbers.
 
 pub mod buckets;
+pub mod eight;
 pub mod heap;
 pub mod pace;
 pub mod progress;

@@ -8,8 +8,10 @@
 //! exact check has the last word.
 
 use super::outline::{BorderEdge, Outlines};
+use crate::base::eight::{self, Eight};
 use crate::base::real;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
+use crate::base::slices::Slices;
 use crate::plane::segment::to_segment;
 use glam::{DVec2, Vec2};
 
@@ -21,17 +23,66 @@ pub(super) const SKETCH_NODES: usize = 1 << 15;
 /// 2048 1 % less, with 512 about the same.
 pub(super) const POINTS: usize = 1024;
 const POINTS_LEAST: usize = 24;
-/// Points under one circle, and circles under a larger one: as many as a vector register of AVX2 holds.
-const RUN: usize = 8;
+/// Points under one circle, and circles under a larger one: what is looked at together.
+const RUN: usize = eight::COUNT;
 
-/// A run of border points, or of such runs, and a circle around it.
+/// One number for each of the points or circles that are looked at together.
+type Octet = [f32; RUN];
+
+/// A run of border points.
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct PointRun {
-    pub centre: Vec2,
-    pub radius: f32,
     pub first: u32,
     pub count: u32,
+}
+
+/// Up to [`RUN`] circles: around runs of points, or around such circles.
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct Circles {
+    x: Octet,
+    y: Octet,
+    radius: Octet,
+    /// What the first is around; those behind it follow.
+    pub first: u32,
+    pub count: u32,
+}
+
+impl Circles {
+    fn is_full(&self) -> bool {
+        self.count as usize == RUN
+    }
+
+    /// Adds a circle, around what stands at `index`.
+    fn put(&mut self, (centre, radius): (Vec2, f32), index: usize) {
+        let i = self.count as usize;
+        if i == 0 {
+            self.first = index as u32;
+        }
+        (self.x[i], self.y[i], self.radius[i]) = (centre.x, centre.y, radius);
+        self.count += 1;
+    }
+
+    /// A circle around all of them.
+    fn around(&self) -> (Vec2, f32) {
+        let own = || (0..self.count as usize).map(|i| Vec2::new(self.x[i], self.y[i]));
+        let centre = middle(own());
+        let radius = own().zip(self.radius).map(|(c, r)| c.distance(centre) + r).fold(0.0, f32::max) * (1.0 + 1e-6);
+        (centre, radius)
+    }
+}
+
+/// A circle around points.
+fn around(points: &[Vec2]) -> (Vec2, f32) {
+    let centre = middle(points.iter().copied());
+    (centre, points.iter().map(|p| p.distance(centre)).fold(1e-6, f32::max) * (1.0 + 1e-6))
+}
+
+/// Middle of the box around points.
+fn middle(points: impl Iterator<Item = Vec2>) -> Vec2 {
+    let (low, high) = points.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+    (low + high) * 0.5
 }
 
 /// A chart's lattice and points.
@@ -43,8 +94,9 @@ pub(super) struct FieldShape {
     last: Vec2,
     columns: u32,
     first_node: u32,
-    first_group: u32,
-    pub group_count: u32,
+    first_top: u32,
+    /// 0 where the chart has no border.
+    pub top_count: u32,
     pub radius: f32,
 }
 
@@ -52,11 +104,14 @@ pub(super) struct FieldShape {
 #[derive(Clone, Copy)]
 pub(super) struct Fields<'a> {
     pub shapes: &'a [FieldShape], // (k)
-    /// Runs of runs.
-    groups: &'a [PointRun],
+    /// Circles around those of groups.
+    tops: &'a [Circles],
+    /// Circles around runs.
+    pub groups: &'a [Circles],
     pub runs: &'a [PointRun],
-    pub points: &'a [Vec2],
-    nodes: &'a [f32],
+    points: &'a [Vec2], // and RUN more, that runs can be read whole
+    /// Signed distance at a node and at the one above it: so a cell is four numbers side by side.
+    nodes: &'a [[f32; 2]],
     /// Lattice steps a unit.
     scale: f32,
     /// Border length that a point stands for.
@@ -68,15 +123,22 @@ fn points_bound(edge_count: usize, chart_count: usize) -> usize {
     POINTS + (POINTS_LEAST + 1) * chart_count + edge_count
 }
 
+/// Groups of that many runs, and circles around groups: the last of a chart need not be full.
+fn circles_bound(run_bound: usize, chart_count: usize) -> [usize; 2] {
+    let groups = run_bound / RUN + chart_count;
+    [groups, groups / RUN + chart_count]
+}
+
 /// Bytes that [`Fields::new`] takes.
 pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
     let points = points_bound(edge_count, chart_count);
+    let [groups, tops] = circles_bound(points, chart_count);
     bytes_for::<FieldShape>(chart_count)
-        + 2 * bytes_for::<PointRun>(points)
-        + bytes_for::<Vec2>(points)
-        + bytes_for::<f32>(NODES)
-        + bytes_for::<u32>(NODES)
-        + bytes_for::<i16>(NODES)
+        + bytes_for::<Circles>(tops)
+        + bytes_for::<Circles>(groups)
+        + bytes_for::<PointRun>(points)
+        + bytes_for::<Vec2>(points + RUN)
+        + bytes_for::<[f32; 2]>(NODES)
 }
 
 impl<'a> Fields<'a> {
@@ -90,128 +152,144 @@ impl<'a> Fields<'a> {
         let count = outlines.count();
         let shapes = scratch.take::<FieldShape>(count)?;
         let bound = points_bound(outlines.edges.len(), count);
-        let groups = scratch.take::<PointRun>(bound)?;
+        let [group_bound, top_bound] = circles_bound(bound, count);
+        let tops = scratch.take::<Circles>(top_bound)?;
+        let groups = scratch.take::<Circles>(group_bound)?;
         let runs = scratch.take::<PointRun>(bound)?;
-        let points = scratch.take::<Vec2>(bound)?;
-        let nodes = scratch.take::<f32>(most)?;
-        let mut frame = scratch.frame();
-        let nearest = frame.take::<u32>(most)?;
-        let winding = frame.take::<i16>(most)?;
+        let points = scratch.take::<Vec2>(bound + RUN)?;
+        let nodes = scratch.take::<[f32; 2]>(most)?;
 
         let step = lattice_step(outlines, margin, most);
         let length: f64 = outlines.edges.iter().map(|e| e[0].distance(e[1])).sum();
         let spacing = length / POINTS as f64;
-        let (mut first_node, mut group_count, mut run_count, mut point_count) = (0, 0, 0, 0);
+        let (mut first_node, mut top_count, mut group_count, mut run_count, mut point_count) = (0, 0, 0, 0, 0);
         for (chart, shape) in shapes.iter_mut().enumerate() {
             let edges = outlines.edges_of(chart);
             let [low, _] = outlines.turned_box(chart, DVec2::X);
             let [columns, rows] = lattice_size(outlines, chart, margin, step);
             let low = low - margin - step;
-            let range = first_node..first_node + columns * rows;
             let lattice = Lattice { low, step, columns, rows };
-            lattice.fill(&mut nodes[range.clone()], &mut nearest[range.clone()], &mut winding[range], edges);
-            let first_run = run_count;
+            lattice.fill(&mut nodes[first_node..first_node + columns * rows], edges);
+            let (first_top, first_group, first_run) = (top_count, group_count, run_count);
             walk(edges, spacing, runs, &mut run_count, points, &mut point_count);
-            let first_group = group_count;
-            for first in (first_run..run_count).step_by(RUN) {
-                groups[group_count] = around(&runs[..run_count.min(first + RUN)], first);
-                group_count += 1;
+            for (run, index) in runs[first_run..run_count].iter().zip(first_run..) {
+                if groups[first_group..group_count].last().is_none_or(Circles::is_full) {
+                    group_count += 1;
+                }
+                groups[group_count - 1].put(around(&points[run.first as usize..][..run.count as usize]), index);
+            }
+            for (group, index) in groups[first_group..group_count].iter().zip(first_group..) {
+                if tops[first_top..top_count].last().is_none_or(Circles::is_full) {
+                    top_count += 1;
+                }
+                tops[top_count - 1].put(group.around(), index);
             }
             *shape = FieldShape {
                 low: low.as_vec2(),
                 columns: columns as u32,
                 last: Vec2::new(columns as f32 - 1.001, rows as f32 - 1.001),
                 first_node: first_node as u32,
-                first_group: first_group as u32,
-                group_count: (group_count - first_group) as u32,
+                first_top: first_top as u32,
+                top_count: (top_count - first_top) as u32,
                 radius: outlines.radius[chart] as f32,
             };
             first_node += columns * rows;
         }
         let scale = (1.0 / step) as f32;
-        Ok(Self { shapes, groups, runs, points, nodes, scale, spacing: spacing as f32 })
+        Ok(Self { shapes, tops, groups, runs, points, nodes, scale, spacing: spacing as f32 })
     }
 
-    /// Runs of runs of a chart.
-    #[inline]
-    pub fn groups_of(&self, shape: &FieldShape) -> &'a [PointRun] {
-        &self.groups[shape.first_group as usize..][..shape.group_count as usize]
-    }
-
-    /// Lattice coordinates of `p`, drawn into the lattice.
+    /// Circles around those of the groups of a chart.
     #[inline(always)]
-    fn locate(&self, shape: &FieldShape, p: Vec2) -> (Vec2, Vec2) {
-        let q = (p - shape.low) * self.scale;
-        (q, q.max(Vec2::ZERO).min(shape.last))
+    pub fn tops_of(&self, shape: &FieldShape) -> &'a [Circles] {
+        &self.tops[shape.first_top as usize..][..shape.top_count as usize]
     }
 
-    /// Signed distance of `p` from the chart's border, right where it is below the margin: outside the lattice stands
+    /// Which of the circles, moved to where they are beside the chart, may come closer to it than `gap`: a bit for each.
+    #[inline(always)]
+    pub fn near<E: Eight>(&self, shape: &FieldShape, circles: &Circles, motion: &FieldMotion, gap: f32) -> u32 {
+        let (x, y) = self.locate(shape, E::of(&circles.x), E::of(&circles.y), motion);
+        let (near_x, near_y) = into_lattice(shape, x, y);
+        let inside = self.sample(shape, near_x, near_y);
+        // Surely not more than the true distance from the border.
+        let beyond = x.less(near_x).abs().max(y.less(near_y).abs()).over(E::all(self.scale));
+        let near = beyond.positive_or(inside).below(E::all(gap).plus(E::of(&circles.radius)));
+        near & ((1 << circles.count) - 1)
+    }
+
+    /// How deep the points of a run, so moved, lie in the chart grown by `gap`, summed in a fixed order: outside the lattice stands
     /// what its rim holds.
     #[inline(always)]
-    pub fn distance(&self, shape: &FieldShape, p: Vec2) -> f32 {
-        let (_, q) = self.locate(shape, p);
-        self.sample(shape, q)
-    }
-
-    /// A distance from the chart's border that is surely not more than the true one.
-    #[inline(always)]
-    pub fn distance_at_least(&self, shape: &FieldShape, p: Vec2) -> f32 {
-        let (q, near) = self.locate(shape, p);
-        let inside = self.sample(shape, near);
-        let beyond = (q - near).abs().max_element() / self.scale;
-        if beyond > 0.0 { beyond } else { inside }
-    }
-
-    /// How deep points, turned and shifted, lie in the chart grown by `gap`, summed in a fixed order. A full run is one
-    /// stretch of plain loops, which `base::vector::wide` compiles for wider registers.
-    #[inline(always)]
-    pub fn depth(&self, shape: &FieldShape, points: &[Vec2], turn: Vec2, shift: Vec2, gap: f32) -> f32 {
-        let Ok(points) = <&[Vec2; RUN]>::try_from(points) else {
-            return points.iter().map(|p| (gap - self.distance(shape, turn.rotate(*p) + shift)).max(0.0)).sum();
+    pub fn depth<E: Eight>(&self, shape: &FieldShape, run: &PointRun, motion: &FieldMotion, gap: f32) -> f32 {
+        let Some(points) = self.points.get(run.first as usize..).and_then(<[Vec2]>::first_chunk::<RUN>) else {
+            return 0.0;
         };
-        let (mut x, mut y, mut at) = ([0.0f32; RUN], [0.0f32; RUN], [0i32; RUN]);
-        for i in 0..RUN {
-            let p = points[i];
-            x[i] = ((turn.x * p.x - turn.y * p.y + shift.x - shape.low.x) * self.scale).max(0.0).min(shape.last.x);
-            y[i] = ((turn.y * p.x + turn.x * p.y + shift.y - shape.low.y) * self.scale).max(0.0).min(shape.last.y);
+        let (mut x, mut y) = ([0.0; RUN], [0.0; RUN]);
+        for (i, p) in points.iter().enumerate() {
+            (x[i], y[i]) = (p.x, p.y);
         }
-        for i in 0..RUN {
-            let (column, row) = (x[i] as i32, y[i] as i32);
-            (x[i], y[i]) = (x[i] - column as f32, y[i] - row as f32);
-            at[i] = shape.first_node as i32 + row * shape.columns as i32 + column;
+        let (x, y) = self.locate(shape, E::of(&x), E::of(&y), motion);
+        let (x, y) = into_lattice(shape, x, y);
+        let depth = E::all(gap).less(self.sample(shape, x, y)).max(E::all(0.0));
+        let mut sum = 0.0;
+        for depth in depth.times(E::of(&OWN[run.count as usize])).array() {
+            sum += depth;
         }
-        let mut corner = [[0.0f32; RUN]; 4];
-        for i in 0..RUN {
-            let first = at[i] as usize;
-            let Some(cells) = self.nodes.get(first..first + shape.columns as usize + 2) else { continue };
-            let [a, b, .., c, d] = cells else { continue };
-            (corner[0][i], corner[1][i], corner[2][i], corner[3][i]) = (*a, *b, *c, *d);
-        }
-        let mut depth = [0.0f32; RUN];
-        for i in 0..RUN {
-            let low = corner[0][i] + (corner[1][i] - corner[0][i]) * x[i];
-            let high = corner[2][i] + (corner[3][i] - corner[2][i]) * x[i];
-            depth[i] = (gap - (low + (high - low) * y[i])).max(0.0);
-        }
-        depth.iter().sum()
+        sum
     }
 
+    /// Lattice coordinates of points, moved.
     #[inline(always)]
-    fn sample(&self, shape: &FieldShape, q: Vec2) -> f32 {
-        let Some(([a, b, c, d], fx, fy)) = self.cell(shape, q) else { return 0.0 };
-        let (low, high) = (a + (b - a) * fx, c + (d - c) * fx);
-        low + (high - low) * fy
+    fn locate<E: Eight>(&self, shape: &FieldShape, x: E, y: E, FieldMotion { turn, shift }: &FieldMotion) -> (E, E) {
+        let (cos, sin, scale) = (E::all(turn.x), E::all(turn.y), E::all(self.scale));
+        let (to_x, to_y) = (cos.times(x).less(sin.times(y)), sin.times(x).plus(cos.times(y)));
+        let x = to_x.plus(E::all(shift.x)).less(E::all(shape.low.x)).times(scale);
+        let y = to_y.plus(E::all(shift.y)).less(E::all(shape.low.y)).times(scale);
+        (x, y)
     }
 
-    /// The nodes around a place in the lattice, and where it is between them.
+    /// Signed distances from the chart's border at places in its lattice, right where they are below the margin.
     #[inline(always)]
-    fn cell(&self, shape: &FieldShape, q: Vec2) -> Option<([f32; 4], f32, f32)> {
-        let (x, y) = (q.x as u32, q.y as u32);
-        let at = (shape.first_node + y * shape.columns + x) as usize;
-        let &[a, b] = self.nodes.get(at..)?.first_chunk()?;
-        let &[c, d] = self.nodes.get(at + shape.columns as usize..)?.first_chunk()?;
-        Some(([a, b, c, d], q.x - x as f32, q.y - y as f32))
+    fn sample<E: Eight>(&self, shape: &FieldShape, x: E, y: E) -> E {
+        let ([column, row], at) = x.cells(y, shape.first_node, shape.columns);
+        let mut cells = [[0.0; 4]; RUN];
+        for i in 0..RUN {
+            let Some([[a, c], [b, d]]) = self.nodes.get(at[i] as usize..).and_then(<[_]>::first_chunk) else {
+                continue;
+            };
+            cells[i] = [*a, *c, *b, *d];
+        }
+        let [a, c, b, d] = E::columns(cells);
+        let (share_x, share_y) = (x.less(column), y.less(row));
+        let (low, high) = (a.plus(b.less(a).times(share_x)), c.plus(d.less(c).times(share_x)));
+        low.plus(high.less(low).times(share_y))
     }
+}
+
+/// Where a chart is, seen from another.
+#[derive(Clone, Copy)]
+pub(super) struct FieldMotion {
+    /// Cosine and sine.
+    pub turn: Vec2,
+    pub shift: Vec2,
+}
+
+/// 1 for each point that a run of so many has.
+const OWN: [Octet; RUN + 1] = {
+    let mut own = [[0.0; RUN]; RUN + 1];
+    let mut count = 1;
+    while count <= RUN {
+        own[count] = own[count - 1];
+        own[count][count - 1] = 1.0;
+        count += 1;
+    }
+    own
+};
+
+/// Lattice coordinates drawn into the lattice.
+#[inline(always)]
+fn into_lattice<E: Eight>(shape: &FieldShape, x: E, y: E) -> (E, E) {
+    (x.max(E::all(0.0)).min(E::all(shape.last.x)), y.max(E::all(0.0)).min(E::all(shape.last.y)))
 }
 
 /// Walks the loops and leaves a point about every `spacing`: where each of even steps sticks out farthest.
@@ -237,7 +315,7 @@ fn walk(
             let (tip, after) = outermost(&edges[at..next], edge - at, walked, from, to);
             (edge, walked) = (at + after.0, after.1);
             if part.is_multiple_of(RUN) {
-                runs[*run_count] = PointRun { first: *point_count as u32, ..PointRun::default() };
+                runs[*run_count] = PointRun { first: *point_count as u32, count: 0 };
                 *run_count += 1;
             }
             points[*point_count] = tip.as_vec2();
@@ -246,23 +324,6 @@ fn walk(
         }
         at = next;
     }
-    for run in runs[..*run_count].iter_mut().rev().take_while(|r| r.radius == 0.0 && r.count > 0) {
-        let own = &points[run.first as usize..][..run.count as usize];
-        let (low, high) = own.iter().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
-        run.centre = (low + high) * 0.5;
-        // Never quite 0, which marks a run without a circle.
-        run.radius = own.iter().map(|p| p.distance(run.centre)).fold(1e-6, f32::max) * (1.0 + 1e-6);
-    }
-}
-
-/// The runs from `first` on as one, with a circle around theirs.
-fn around(runs: &[PointRun], first: usize) -> PointRun {
-    let own = &runs[first..];
-    let (low, high) =
-        own.iter().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(l, h), r| (l.min(r.centre), h.max(r.centre)));
-    let centre = (low + high) * 0.5;
-    let radius = own.iter().map(|r| r.centre.distance(centre) + r.radius).fold(0.0, f32::max) * (1.0 + 1e-6);
-    PointRun { centre, radius, first: first as u32, count: own.len() as u32 }
 }
 
 /// The point of the border between lengths `from` and `to` that sticks out farthest; and the edge that holds `to`, with
@@ -323,26 +384,33 @@ impl Lattice {
         self.low + DVec2::new(x as f64, y as f64) * self.step
     }
 
-    fn fill(&self, nodes: &mut [f32], nearest: &mut [u32], winding: &mut [i16], edges: &[BorderEdge]) {
-        nodes.fill(f32::INFINITY);
-        winding.fill(0);
+    /// Signed distances at the nodes, and those of the nodes above. On the way there, what is next to a node's squared distance says
+    /// which edge that is from, then how often edges turn around the node.
+    fn fill(&self, nodes: &mut [[f32; 2]], edges: &[BorderEdge]) {
+        nodes.fill([f32::INFINITY, 0.0]);
         for (i, edge) in edges.iter().enumerate() {
-            self.seed(nodes, nearest, edge, i as u32);
-            self.cross(winding, edge);
+            self.seed(nodes, edge, i as u32);
         }
-        self.spread(nodes, nearest, edges);
-        for y in 0..self.rows {
-            let mut turns = 0i16;
-            for at in y * self.columns..(y + 1) * self.columns {
-                turns = turns.wrapping_add(winding[at]);
-                let distance = real::sqrt(nodes[at]);
-                nodes[at] = if turns != 0 { -distance } else { distance };
+        self.spread(nodes, edges);
+        nodes.iter_mut().for_each(|n| n[1] = 0.0);
+        for edge in edges {
+            self.cross(nodes, edge);
+        }
+        for row in nodes.rows_mut(self.columns) {
+            let mut turns = 0.0;
+            for node in row {
+                turns += node[1];
+                let distance = real::sqrt(node[0]);
+                node[0] = if turns != 0.0 { -distance } else { distance };
             }
+        }
+        for at in 0..nodes.len().saturating_sub(self.columns) {
+            nodes[at][1] = nodes[at + self.columns][0];
         }
     }
 
     /// Exact squared distances at the nodes next to a segment.
-    fn seed(&self, nodes: &mut [f32], nearest: &mut [u32], edge: &BorderEdge, index: u32) {
+    fn seed(&self, nodes: &mut [[f32; 2]], edge: &BorderEdge, index: u32) {
         let [p, q] = edge.map(|p| (p - self.low) / self.step);
         let (low, high) = (p.min(q), p.max(q));
         for y in (low.y - 1.0).max(0.0) as usize..=((high.y + 2.0) as usize).min(self.rows - 1) {
@@ -357,30 +425,30 @@ impl Lattice {
             for x in (from - 1.0).max(0.0) as usize..=((to + 2.0) as usize).min(self.columns - 1) {
                 let at = y * self.columns + x;
                 let distance = to_segment(self.node(x, y), *edge) as f32;
-                if distance < nodes[at] {
-                    (nodes[at], nearest[at]) = (distance, index);
+                if distance < nodes[at][0] {
+                    nodes[at] = [distance, f32::from_bits(index)];
                 }
             }
         }
     }
 
     /// Counts a segment's crossings of the lattice rows at the first node to their right.
-    fn cross(&self, winding: &mut [i16], edge: &BorderEdge) {
+    fn cross(&self, nodes: &mut [[f32; 2]], edge: &BorderEdge) {
         let [p, q] = edge.map(|p| (p - self.low) / self.step);
-        let (low, high, sign) = if p.y <= q.y { (p, q, 1) } else { (q, p, -1) };
+        let (low, high, sign) = if p.y <= q.y { (p, q, 1.0) } else { (q, p, -1.0) };
         for y in real::ceil(low.y).max(0.0) as usize..=(high.y.max(0.0) as usize).min(self.rows - 1) {
             if low.y <= y as f64 && (y as f64) < high.y {
                 let x = low.x + (y as f64 - low.y) / (high.y - low.y) * (high.x - low.x);
                 let column = real::ceil(x).max(0.0) as usize;
                 if column < self.columns {
-                    winding[y * self.columns + column] += sign;
+                    nodes[y * self.columns + column][1] += sign;
                 }
             }
         }
     }
 
     /// Carries nearest segments from node to node: four sweeps over eight neighbours.
-    fn spread(&self, nodes: &mut [f32], nearest: &mut [u32], edges: &[BorderEdge]) {
+    fn spread(&self, nodes: &mut [[f32; 2]], edges: &[BorderEdge]) {
         let (columns, rows) = (self.columns as isize, self.rows as isize);
         for sweep in 0..2 {
             let forward = sweep == 0;
@@ -399,11 +467,12 @@ impl Lattice {
                             continue;
                         }
                         let from = (ny * columns + nx) as usize;
-                        if nodes[from] < nodes[at] && nodes[from].is_finite() {
-                            let distance =
-                                to_segment(self.node(x as usize, y as usize), edges[nearest[from] as usize]) as f32;
-                            if distance < nodes[at] {
-                                (nodes[at], nearest[at]) = (distance, nearest[from]);
+                        let [other, nearest] = nodes[from];
+                        if other < nodes[at][0] && other.is_finite() {
+                            let edge = edges[nearest.to_bits() as usize];
+                            let distance = to_segment(self.node(x as usize, y as usize), edge) as f32;
+                            if distance < nodes[at][0] {
+                                nodes[at] = [distance, nearest];
                             }
                         }
                     }

@@ -8,17 +8,17 @@
 //! after Egeblad, Nielsen, Odgaard 2007. The result counts only if the exact check confirms it.
 //! Limits: a local search; work is bounded by look-ups, so more charts get fewer tries each.
 
-use super::body::{Body, one_way};
+use super::body::{Body, Encounter};
 use super::clearance;
 use super::field::{self, Fields};
 use super::outline::{self, Outlines};
 use super::placement::{Gap, Pose};
 use super::settings::{PackSettings, is_sketch};
+use crate::base::eight::widest;
 use crate::base::room::Room;
 use crate::base::scratch::{Alarm, Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;
-use crate::base::vector::wide;
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::base::{random, real};
 use core::f64::consts::{PI, TAU};
@@ -453,24 +453,14 @@ impl SeparationLane<'_> {
         let (shape_a, shape_b) = (&self.fields.shapes[a], &self.fields.shapes[b]);
         let gap = self.gap.within(self.side) as f32 + self.extra[a * self.count() + b];
         let reach = shape_a.radius + shape_b.radius + gap;
-        if shape_a.group_count == 0
-            || shape_b.group_count == 0
-            || body_a.at.distance_squared(body_b.at) >= reach * reach
-        {
+        if shape_a.top_count == 0 || shape_b.top_count == 0 || body_a.at.distance_squared(body_b.at) >= reach * reach {
             self.work += 0.25;
             return 0.0;
         }
         let limit = limit / self.fields.spacing;
-        let fields = &self.fields;
-        let (first, work_a, second, work_b) = wide(
-            #[inline(always)]
-            || {
-                let (first, work_a) = one_way(fields, shape_a, body_a, shape_b, body_b, gap, limit);
-                let (second, work_b) = one_way(fields, shape_b, body_b, shape_a, body_a, gap, limit - first);
-                (first, work_a, second, work_b)
-            },
-        );
-        self.work += (work_a + work_b) as f64;
-        (first + second) * self.fields.spacing
+        let (shapes, bodies, fields) = ([shape_a, shape_b], [body_a, body_b], &self.fields);
+        let (depth, work) = widest(Encounter { fields, shapes, bodies, gap, limit });
+        self.work += work as f64;
+        depth * self.fields.spacing
     }
 }
