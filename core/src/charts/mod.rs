@@ -5,6 +5,7 @@ pub mod congruence;
 pub mod copies;
 #[cfg(test)]
 mod copies_tests;
+pub mod cut_mesh;
 pub mod halves;
 pub mod list;
 pub mod mirror;

@@ -131,7 +131,7 @@ pub fn weld(
     workers: &dyn Workers,
 ) -> Result<bool, ScratchTooSmall> {
     let at = |i: u32| piece.at[i as usize];
-    let weight = |t: [u32; 3], [i, j, k]: [usize; 3]| cotangent(at(t[i]) - at(t[k]), at(t[j]) - at(t[k]));
+    let weight = |t: [u32; 3], [i, j, k]: [usize; 3]| cotangent(at(t[i]) - at(t[k]), at(t[j]) - at(t[k]), COTANGENT);
     let springs = edge_springs(piece, &mut scratch, weight)?;
     let springs = Piece { triangles: &[], rest: &[], free: x.len(), at: piece.at, springs, walls: &[] };
     let temporary = scratch.split(graph_need(&springs))?;
@@ -183,10 +183,10 @@ fn length(piece: &Piece, a: u32, b: u32) -> f64 {
     sqrt(d.dot(d)).max(1e-12)
 }
 
-/// Cotangent of the angle between two sides, within what [`weld`] reckons with.
-fn cotangent(u: DVec3, v: DVec3) -> f64 {
+/// Cotangent of the angle between two sides, within `limits`.
+pub(super) fn cotangent(u: DVec3, v: DVec3, limits: [f64; 2]) -> f64 {
     let n = u.cross(v);
-    (u.dot(v) / sqrt(n.dot(n)).max(f64::MIN_POSITIVE)).clamp(COTANGENT[0], COTANGENT[1])
+    (u.dot(v) / sqrt(n.dot(n)).max(f64::MIN_POSITIVE)).clamp(limits[0], limits[1])
 }
 
 /// Whether no triangle is turned over or flat.

@@ -133,5 +133,19 @@ pub(super) fn cases() -> std::vec::Vec<Case> {
             };
             (y, Box::new(all))
         }),
+        case("JacobianGap", &[(5, 2)], |t, p| {
+            let (faces, area, wanted) = (t.table(9), t.input(3, REST), t.input(3, 4));
+            let (y, fill) = (t.jacobian_gap(p[0], faces, area, wanted), rest(area, faces));
+            let all = move |values: &mut [f64], indices: &mut [u32]| {
+                fill(values, indices);
+                (0..12).for_each(|i| wanted.of_mut(values)[i] = (i * 5 % 7) as f64 * 0.3 - 0.8);
+            };
+            (y, Box::new(all))
+        }),
+        case("MeanSquare", &[(3, 2)], |t, p| {
+            let b = t.input(3, 2);
+            let y = t.mean_square(p[0], b);
+            (y, Box::new(move |values, _| (0..6).for_each(|i| b.of_mut(values)[i] = (i * 5 % 7) as f64 - 2.5)))
+        }),
     ]
 }

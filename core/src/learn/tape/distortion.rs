@@ -92,7 +92,7 @@ pub fn rest_of(p: [[f64; 3]; 3]) -> [f64; REST] {
 }
 
 /// J of a face: the sides in UV times the inverse frame.
-fn jacobian<T: Float>(x: &[T], face: &[u32], rest: &[T]) -> [[T; 2]; 2] {
+pub(super) fn jacobian<T: Float>(x: &[T], face: &[u32], rest: &[T]) -> [[T; 2]; 2] {
     let at = |k: usize, c: usize| x[2 * face[k] as usize + c];
     core::array::from_fn(|c| {
         let (u, v) = (at(1, c) - at(0, c), at(2, c) - at(0, c));
@@ -110,7 +110,7 @@ fn cofactors<T: Float>(j: [[T; 2]; 2]) -> [[T; 2]; 2] {
 }
 
 /// Sends a gradient with respect to J to the corners.
-fn send<T: Float>(d_x: &mut [T], face: &[u32], rest: &[T], d_j: [[T; 2]; 2]) {
+pub(super) fn send<T: Float>(d_x: &mut [T], face: &[u32], rest: &[T], d_j: [[T; 2]; 2]) {
     for (c, d) in d_j.into_iter().enumerate() {
         let (u, v) = (d[0] * rest[0] + d[1] * rest[1], d[0] * rest[2] + d[1] * rest[3]);
         d_x[2 * face[1] as usize + c] += u;

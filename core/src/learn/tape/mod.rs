@@ -18,6 +18,7 @@ pub mod cosine;
 mod difference_tests;
 pub mod distortion;
 pub mod eigenvalues;
+pub mod gap;
 pub mod means;
 pub mod nearest;
 pub mod normalise;

@@ -7,6 +7,7 @@ use super::angles::Angles;
 use super::cosine::Cosine;
 use super::distortion::{Barrier, Hinge, Scale};
 use super::eigenvalues::Eigenvalues;
+use super::gap::{JacobianGap, MeanSquare};
 use super::means::{MeanAbs, WeightedMean};
 use super::nearest::Nearest;
 use super::normalise::Normalise;
@@ -93,5 +94,7 @@ operations!(
     WeightedMean,
     Scale,
     Hinge,
-    Barrier
+    Barrier,
+    JacobianGap,
+    MeanSquare
 );
