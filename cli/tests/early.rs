@@ -68,7 +68,7 @@ fn limits_that_cannot_be_kept_are_code_2() {
     with("--work check=1", "'check'");
     with("--work pack=1 --time-limit 1", "--time-limit");
     with("--method neural --time-limit 1", "--method exact");
-    with("--method hybrid --work pack=1", "--method exact");
+    with("--method neural --work pack=1", "--method exact");
 }
 
 #[cfg(unix)]

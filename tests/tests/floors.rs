@@ -16,7 +16,7 @@ const MAX_LINES: usize = 500;
 /// Lines of a function of core at the most.
 const LONGEST: usize = 80;
 /// What core may import from outside.
-const CORE_CRATES: &[&str] = &["core", "libm", "glam", "heapless", "bytemuck", "cpufeatures"];
+const CORE_CRATES: &[&str] = &["core", "libm", "glam", "heapless", "bytemuck", "cpufeatures", "half"];
 /// What core's own tests may import as well.
 const TEST_CRATES: &[&str] = &["std", "approx", "quickcheck"];
 

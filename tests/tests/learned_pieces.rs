@@ -7,8 +7,8 @@ use seamwright_core::base::progress::{Progress, Stage, Wish};
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::learn::backbone::Widths;
 use seamwright_core::learn::training::{Sample, TrainSettings};
-use seamwright_core::pipeline::learned::learned_need;
 use seamwright_core::pipeline::learning::{LearnedSummary, Learning, MOST};
+use seamwright_core::pipeline::published::published_need;
 use seamwright_core::pipeline::{Input, Method, Output, Settings, unwrap_by, unwrap_need};
 
 /// Vertices along a side of a sheet: 256 in all, more than the 200 from which on a piece is trained.
@@ -48,18 +48,16 @@ fn run(lanes: usize, threads: usize) -> (Vec<DVec2>, Vec<f32>, usize) {
         widths: Widths { hidden: 256, code: 8 },
         steps: SHEETS as usize * STEPS,
         batch: 200,
-        ..TrainSettings::STANDARD
+        ..TrainSettings::PAPER
     };
     let (triangles, parameters) = (corners.len() / 2, trained.widths.parameter_count());
     let need =
-        unwrap_need(&input, &settings, &ObvhsBuilder) + learned_need(triangles, positions.len(), &trained, lanes);
+        unwrap_need(&input, &settings, &ObvhsBuilder) + published_need(triangles, positions.len(), &trained, lanes);
     let (mut bytes, mut uv) = (vec![0; need], vec![DVec2::NAN; corners.len()]);
     let (mut chart, mut exposure) = (vec![0; corners.len() / 4], vec![0.0; positions.len()]);
-    let (mut frames, mut weights) = ([[[0.0; 3]; 4]; MOST], vec![0.0; MOST * parameters]);
+    let mut weights = vec![0.0; MOST * parameters];
     let mut learning = Learning {
         settings: trained,
-        start: true,
-        frames: &mut frames,
         weights: &mut weights,
         curve: &mut [Sample::default(); 4],
         summary: LearnedSummary::default(),
@@ -67,7 +65,7 @@ fn run(lanes: usize, threads: usize) -> (Vec<DVec2>, Vec<f32>, usize) {
     let output = Output { corner_uv: &mut uv, polygon_chart: &mut chart, exposure: &mut exposure };
     let mut rounds = Rounds::default();
     let pool = Pool::new(Some(threads)).expect("threads");
-    let method = Method::Neural(&mut learning);
+    let method = Method::Published(&mut learning);
     unwrap_by(method, output, &input, &settings, &ObvhsBuilder, Scratch::new(&mut bytes), &pool, &mut rounds)
         .expect("a need that is enough");
     assert_eq!((learning.summary.maps, learning.summary.steps), (SHEETS as usize, SHEETS as usize * STEPS));

@@ -9,9 +9,9 @@ use std::path::PathBuf;
 /// `apply`.
 #[derive(Debug, Args)]
 pub struct ApplyArgs {
-    /// The mesh that the maps were trained on, or a finer one in the same place
+    /// The mesh that the map was learned of
     pub mesh: PathBuf,
-    /// Maps that `unwrap --save-map` wrote
+    /// A map that `unwrap --save-map` wrote
     #[arg(long, value_name = "FILE")]
     pub map: PathBuf,
     /// What is written.

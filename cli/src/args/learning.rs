@@ -1,14 +1,14 @@
 //! How maps are trained, as asked.
 
 use clap::Args;
-use seamwright_core::learn::training::TrainSettings;
+use seamwright_core::learn::fit::FitSettings;
 use std::path::PathBuf;
 
-/// How maps are trained (`neural`, `hybrid`).
+/// How maps are learned (`neural`).
 #[derive(Clone, Debug, Default, Args)]
-#[command(next_help_heading = "Training (--method neural, hybrid)")]
+#[command(next_help_heading = "Learning (--method neural)")]
 pub struct LearningArgs {
-    /// What training begins with: draft, standard or paper (the published training). standard by default
+    /// How a map is learned: draft, standard or paper (the published training). standard by default
     #[arg(long, value_name = "NAME", value_parser = preset)]
     pub preset: Option<String>,
     /// A file that changes the preset's settings (see docs/FORMATS.md)
@@ -17,20 +17,20 @@ pub struct LearningArgs {
     /// Steps of training
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
     pub steps: Option<u32>,
-    /// Weight of the loss that draws seams to hidden places; 0 turns it off
+    /// Weight of the published loss that draws seams to hidden places, with --preset paper; 0 turns it off
     #[arg(long, value_name = "WEIGHT", value_parser = weight)]
     pub visibility: Option<f64>,
-    /// Also write the trained maps, for `seamwright apply`
+    /// Also write the learned map, for `seamwright apply`
     #[arg(long, value_name = "FILE")]
     pub save_map: Option<PathBuf>,
-    /// Also draw the losses over the steps
+    /// Also draw the objective over the steps
     #[arg(long, value_name = "OUT.png")]
     pub curves: Option<PathBuf>,
 }
 
 fn preset(word: &str) -> Result<String, String> {
-    let known = TrainSettings::preset(word).map(|_| word.to_string());
-    known.ok_or_else(|| "write draft, standard or paper".into())
+    let is_known = word == "paper" || FitSettings::preset(word).is_some();
+    if is_known { Ok(word.to_string()) } else { Err("write draft, standard or paper".into()) }
 }
 
 fn weight(word: &str) -> Result<f64, String> {

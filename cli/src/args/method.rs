@@ -7,9 +7,9 @@ use clap::ValueEnum;
 pub enum MethodArg {
     /// Cuts by exposure and distortion, then flattening; no training
     Exact,
-    /// A network's own map of each piece, cut where it tears; charts may overlap, which is reported
+    /// The same charts, mapped by a network that learns them
     Neural,
-    /// Networks say where seams hide, the exact stages make the atlas
+    /// As exact, with 15 further searches for seams unless --search says how many
     Hybrid,
 }
 

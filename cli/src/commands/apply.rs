@@ -1,4 +1,4 @@
-//! `seamwright apply`: saved maps on a mesh, without training.
+//! `seamwright apply`: a saved map on its mesh, without training.
 
 use crate::args::apply::ApplyArgs;
 use crate::args::group::GroupArg;
@@ -10,6 +10,7 @@ use crate::formats::loaded::open;
 use crate::jobs::job::{Job, PartsSource};
 use crate::jobs::target::target;
 use crate::training::map_file;
+use crate::training::trainer::Trainer;
 
 /// Runs `seamwright apply`.
 pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
@@ -20,7 +21,7 @@ pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
         save_map: None,
         curves: None,
         method: MethodArg::Neural,
-        learning: Some(map_file::read(&args.map)?),
+        learning: Some(Trainer::Fit(Box::new(map_file::read(&args.map)?))),
         settings: args.settings.to_core(),
         limit: args.settings.limit(),
         group: GroupArg::Scene,

@@ -9,9 +9,17 @@ use crate::formats::loaded::open;
 use crate::jobs::job::{Job, PartsSource};
 use crate::jobs::target::target;
 use crate::training::trainer::Trainer;
+use seamwright_core::pipeline::Settings;
+
+/// Further searches of the hybrid method.
+const HYBRID: u32 = 15;
 
 /// Runs `seamwright unwrap`.
 pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
+    let mut settings = args.settings.to_core();
+    if args.method == MethodArg::Hybrid && settings.search == Settings::default().search {
+        settings.search = HYBRID;
+    }
     let job = Job {
         target: target(&args.writing, &args.mesh)?,
         sheet: args.sheet.clone(),
@@ -20,7 +28,7 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
         curves: args.learning.curves.clone(),
         method: args.method,
         learning: trainer(args)?,
-        settings: args.settings.to_core(),
+        settings,
         limit: args.settings.limit(),
         group: args.group,
         parts: args.labels.clone().map_or(PartsSource::Shape(args.parts), PartsSource::File),
@@ -36,7 +44,7 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
 
 /// Settings of training; flags that only training knows are refused without it.
 fn trainer(args: &UnwrapArgs) -> Result<Option<Trainer>, Failure> {
-    if args.method != MethodArg::Exact {
+    if args.method == MethodArg::Neural {
         return Trainer::new(&args.learning, args.settings.seed).map(Some);
     }
     let LearningArgs { preset, file, steps, visibility, save_map, curves } = &args.learning;
@@ -50,7 +58,7 @@ fn trainer(args: &UnwrapArgs) -> Result<Option<Trainer>, Failure> {
     ];
     match given.into_iter().find(|(_, is_given)| *is_given) {
         Some((flag, _)) => {
-            Err(Failure::Usage(format!("{flag}: --method exact does not train; add --method neural or hybrid")))
+            Err(Failure::Usage(format!("{flag}: --method {} does not learn; add --method neural", args.method.name())))
         }
         None => Ok(None),
     }

@@ -20,13 +20,13 @@ impl Job {
                 "--padding {padding}: too wide for --size {size}; a quarter of the size at the most"
             )));
         }
-        if self.group != GroupArg::Scene && self.method != MethodArg::Exact {
+        if self.group != GroupArg::Scene && self.method == MethodArg::Neural {
             let text = "one atlas is learned at a time; leave it out, or take --method exact";
             return Err(Failure::Usage(format!("--group {}: {text}", self.group.name())));
         }
         let limits = [("--time-limit", self.limit.is_some()), ("--work", self.settings.work != CountedWork::ALL)];
-        if let Some((flag, _)) = limits.iter().find(|(_, is_given)| *is_given && self.method != MethodArg::Exact) {
-            let text = "only --method exact ends early; --steps shortens a training";
+        if let Some((flag, _)) = limits.iter().find(|(_, is_given)| *is_given && self.method == MethodArg::Neural) {
+            let text = "a training does not end early; --steps shortens it, or take --method exact";
             return Err(Failure::Usage(format!("{flag}: {text}")));
         }
         Ok(())

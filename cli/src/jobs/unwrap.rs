@@ -5,7 +5,6 @@ use super::missed::cause;
 use super::outputs::{add_mesh, publish};
 use super::sets::{self, Joined, Set, has_triangle, sets};
 use crate::args::group::GroupArg;
-use crate::args::method::MethodArg;
 use crate::base::counted::counted;
 use crate::base::failure::Failure;
 use crate::figures::measure::measure;
@@ -83,9 +82,9 @@ impl Job {
         let mut trainer = self.learning.clone();
         let made = self.make(&loaded, parts.as_ref(), trainer.as_mut(), &pool, &mut reporter)?;
         let atlas = &made.atlas;
-        if let Some(trainer) = trainer.as_ref().filter(|t| t.summary.was_stopped) {
+        if let Some(trainer) = trainer.as_ref().filter(|trainer| trainer.was_stopped()) {
             let text =
-                format!("training was stopped after {} steps; the best maps so far are used", trainer.summary.steps);
+                format!("training was stopped after {} steps; what was learned by then is used", trainer.steps());
             reporter.say(&format!("warning: {}: {text}", loaded.path.display()));
             warnings.push(text);
         }
@@ -121,11 +120,12 @@ impl Job {
                 drafts.add("--sheet", &path, |out| out.write_all(&picture))?;
             }
         }
-        if let (Some(path), Some(trainer)) = (&self.save_map, &trainer) {
-            drafts.add("--save-map", path, |out| map_file::write(out, trainer))?;
+        if let (Some(path), Some(Trainer::Fit(fit))) = (&self.save_map, &trainer) {
+            let mesh = map_file::mesh_hash(loaded.mesh());
+            drafts.add("--save-map", path, |out| map_file::write(out, fit, mesh))?;
         }
         if let (Some(path), Some(trainer)) = (&self.curves, &trainer) {
-            let picture = curves::png(&loaded.name(), trainer.samples(), &trainer.settings);
+            let picture = curves::png(&loaded.name(), &trainer.curves().terms);
             drafts.add("--curves", path, |out| out.write_all(&picture))?;
         }
         let seconds = start.elapsed().as_secs_f64();
@@ -143,7 +143,7 @@ impl Job {
             result,
             atlases: self.reports(&made)?,
             parts: parts.as_ref().map(|parts| tree(parts, atlas)),
-            learning: trainer.as_ref().map(LearningReport::new),
+            learning: trainer.as_ref().map(|trainer| LearningReport::new(trainer, &atlas.report)),
             metrics: match &self.json {
                 Some(_) if made.sets.is_empty() => Some(self.metrics(loaded.mesh(), atlas)?),
                 _ => None,
@@ -188,9 +188,9 @@ impl Job {
         reporter: &mut Reporter,
     ) -> Result<Made, Failure> {
         let part = parts.map(|parts| &parts.part[..]);
-        let (method, settings) = (self.method, &self.settings);
+        let settings = &self.settings;
         if self.group == GroupArg::Scene {
-            let make = || atlas::make_by(method, trainer, loaded, part, self.keep_seams, settings, pool, reporter);
+            let make = || atlas::make_by(trainer, loaded, part, self.keep_seams, settings, pool, reporter);
             return pool.enter(make).map(|atlas| Made { atlas, sets: Vec::new(), empty: Vec::new() });
         }
         let mesh = loaded.polygons()?;
@@ -207,8 +207,7 @@ impl Job {
             // What has no UVs of its own has no seams to keep.
             let keep =
                 self.keep_seams && alone.mesh().corner_uv.as_ref().is_some_and(|uv| uv.iter().any(|uv| uv.is_finite()));
-            let atlas =
-                pool.enter(|| atlas::make_by(method, None, &alone, part.as_deref(), keep, settings, pool, reporter))?;
+            let atlas = pool.enter(|| atlas::make_by(None, &alone, part.as_deref(), keep, settings, pool, reporter))?;
             joined.add(&set, &vertices, &atlas);
             made.push((set, alone, atlas));
         }
@@ -249,11 +248,11 @@ impl Job {
 
     /// What to say where the atlas is not what was asked for. It is written all the same.
     fn missed(&self, mesh: &Mesh, atlas: &Atlas) -> Option<String> {
-        if self.method == MethodArg::Neural {
-            // A learned map has no bound; it promises nothing but is asked for an atlas that can be painted on.
+        if let Some(Trainer::Published(_)) = self.learning {
+            // The published map has no bound; it promises nothing but is asked for an atlas that can be painted on.
             let bad = atlas.report.overlapping + atlas.report.flipped;
             return (bad > 0).then(|| {
-                format!("--method neural: the atlas is written, but {bad} faces overlap or are flipped; --method hybrid has none")
+                format!("--preset paper: the atlas is written, but {bad} faces overlap or are flipped; other presets have none")
             });
         }
         let (bound, reached) = (self.settings.distortion, atlas.report.distortion);

@@ -1,10 +1,8 @@
-//! Losses over the steps of a training: a panel for each loss that was on, from 0 to its largest value.
+//! An objective over the steps of a training: a panel for each of its terms, from 0 to its largest value.
 
 use super::font;
 use super::image::Image;
 use crate::base::colour::{FAINT, INK, PAPER, Rgb};
-use seamwright_core::learn::losses::Loss;
-use seamwright_core::learn::training::{Sample, TrainSettings};
 
 const PANEL: [usize; 2] = [420, 180];
 const GAP: usize = 16;
@@ -12,18 +10,18 @@ const HEADER: usize = 48;
 const LINE: Rgb = [180, 30, 40];
 
 /// Draws the curves as PNG. The visibility loss is the mean exposure of seams, each vertex weighted by its seam score.
-pub fn png(title: &str, samples: &[Sample], settings: &TrainSettings) -> Vec<u8> {
-    let on: Vec<Loss> = Loss::ALL.into_iter().filter(|l| settings.weights.0[*l as usize] != 0.0).collect();
-    let rows = on.len().div_ceil(2).max(1);
+pub fn png(title: &str, terms: &[(&str, Vec<f32>)]) -> Vec<u8> {
+    let rows = terms.len().div_ceil(2).max(1);
     let step = [PANEL[0] + GAP, PANEL[1] + GAP];
     let mut image = Image::new(2 * step[0] + GAP, HEADER + rows * step[1], PAPER);
     font::write(&mut image, title, [GAP, 16], 2, INK);
-    for (i, loss) in on.into_iter().enumerate() {
+    for (i, (name, values)) in terms.iter().enumerate() {
         let at = [GAP + i % 2 * step[0], HEADER + i / 2 * step[1]];
-        let values: Vec<f32> = samples.iter().map(|s| s.losses[loss as usize]).collect();
         let top = values.iter().copied().filter(|v| v.is_finite()).fold(0.0f32, f32::max).max(f32::MIN_POSITIVE);
-        let name =
-            if loss == Loss::Visibility { "VISIBILITY: EXPOSURE OF SEAMS".into() } else { loss.name().to_uppercase() };
+        let name = match *name {
+            "visibility" => "VISIBILITY: EXPOSURE OF SEAMS".into(),
+            name => name.to_uppercase(),
+        };
         font::write(&mut image, &name, at, 2, INK);
         let last = format!("{:.5}", values.last().copied().unwrap_or(0.0));
         font::write(&mut image, &last, [at[0] + PANEL[0] - font::width(&last, 2), at[1]], 2, FAINT);
@@ -47,10 +45,9 @@ mod tests {
 
     #[test]
     fn curves_of_any_length_are_pictures() {
-        let fall = |step: usize| Sample { step, losses: [1.0 / (step + 1) as f32; Loss::ALL.len()] };
         for count in [0, 1, 2, 999] {
-            let samples: Vec<_> = (0..count).map(fall).collect();
-            assert!(png("a", &samples, &TrainSettings::PAPER).starts_with(b"\x89PNG"));
+            let values: Vec<f32> = (0..count).map(|step| 1.0 / (step + 1) as f32).collect();
+            assert!(png("a", &[("places", values.clone()), ("b", values)]).starts_with(b"\x89PNG"));
         }
     }
 }

@@ -108,7 +108,7 @@ impl ResultReport {
         let crowded = repaired.split_edges.saturating_sub(repaired.copied_edges + repaired.one_sided_edges);
         let told = [
             (self.flipped, "faces turned over or without area in UV", "look at them in --sheet"),
-            (self.overlapping, "faces that overlap another in UV", "--method hybrid has none"),
+            (self.overlapping, "faces that overlap another in UV", "presets other than paper have none"),
             (
                 self.forbidden_cuts,
                 "edges cut though their weight forbids it, since a piece cannot be laid flat without",

@@ -5,16 +5,17 @@ use super::hierarchy::ObvhsBuilder;
 use super::memory::with_enough;
 use super::progress::Reporter;
 use super::stop::{alarm, stop_requested};
-use crate::args::method::MethodArg;
 use crate::base::failure::Failure;
 use crate::formats::loaded::Loaded;
 use crate::mesh::polygons::Mesh;
+use crate::training::map_file::mesh_hash;
 use crate::training::trainer::Trainer;
 use glam::DVec2;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
-use seamwright_core::pipeline::learned::learned_need;
 use seamwright_core::pipeline::learning::MOST;
+use seamwright_core::pipeline::neural::neural_need;
+use seamwright_core::pipeline::published::published_need;
 use seamwright_core::pipeline::{Input, Method, Output, Report, Settings, unwrap_by, unwrap_need};
 use seamwright_core::price::given::EdgeData;
 
@@ -39,14 +40,13 @@ pub fn make(
     workers: &dyn Workers,
     progress: &mut Reporter,
 ) -> Result<Atlas, Failure> {
-    make_by(MethodArg::Exact, None, loaded, parts, keep_seams, settings, workers, progress)
+    make_by(None, loaded, parts, keep_seams, settings, workers, progress)
 }
 
-/// Makes the atlas of `loaded`, with the borders of `parts` (one a polygon) as cuts where there are
+/// Makes the atlas of `loaded`, by a network where there is a `trainer`, with the borders of `parts` (one a polygon) as cuts where there are
 /// any. With `keep_seams` the borders of its own UVs stay cuts.
 #[allow(clippy::too_many_arguments)]
 pub fn make_by(
-    method: MethodArg,
     mut trainer: Option<&mut Trainer>,
     loaded: &Loaded,
     parts: Option<&[u32]>,
@@ -63,7 +63,17 @@ pub fn make_by(
     let input = input(mesh, keep_seams, parts);
     let mut atlas = empty(mesh);
     let triangles = mesh.corners.len().saturating_sub(2 * mesh.polygon_count());
-    let learned = trainer.as_ref().map_or(0, |t| learned_need(triangles, mesh.positions.len(), &t.settings, MOST));
+    let learned = match &trainer {
+        None => 0,
+        Some(Trainer::Fit(fit)) => neural_need(triangles, &fit.settings),
+        Some(Trainer::Published(of)) => published_need(triangles, mesh.positions.len(), &of.settings, MOST),
+    };
+    if let Some(Trainer::Fit(fit)) = &trainer
+        && fit.given.is_some_and(|given| given != mesh_hash(mesh))
+    {
+        let text = "not the mesh that the map was learned of; `seamwright transfer` takes an atlas to another mesh";
+        return Err(Failure::Input(format!("{}: {text}", loaded.path.display())));
+    }
     let need = unwrap_need(&input, settings, &ObvhsBuilder).saturating_add(learned);
     let result = with_enough(need, |bytes| {
         let output = Output {
@@ -71,19 +81,23 @@ pub fn make_by(
             polygon_chart: &mut atlas.polygon_chart,
             exposure: &mut atlas.exposure,
         };
-        let mut learning = trainer.as_mut().map(|trainer| trainer.learning());
-        let by = match (method, &mut learning) {
-            (MethodArg::Neural, Some(learning)) => Method::Neural(learning),
-            (MethodArg::Hybrid, Some(learning)) => Method::Hybrid(learning),
-            _ => Method::Exact,
-        };
         let scratch = Scratch::with_alarm(bytes, alarm());
-        let report = unwrap_by(by, output, &input, settings, &ObvhsBuilder, scratch, workers, progress);
-        let summary = learning.map(|learning| learning.summary);
-        if let (Some(trainer), Some(summary)) = (&mut trainer, summary) {
-            trainer.summary = summary;
+        let go = |by: Method| unwrap_by(by, output, &input, settings, &ObvhsBuilder, scratch, workers, progress);
+        match trainer.as_deref_mut() {
+            None => go(Method::Exact),
+            Some(Trainer::Fit(fit)) => {
+                let mut fitting = fit.fitting(triangles);
+                let report = go(Method::Neural(&mut fitting));
+                fit.summary = fitting.summary;
+                report
+            }
+            Some(Trainer::Published(of)) => {
+                let mut learning = of.learning();
+                let report = go(Method::Published(&mut learning));
+                of.summary = learning.summary;
+                report
+            }
         }
-        report
     })?;
     atlas.report = result.map_err(|e| refusal(loaded, e))?;
     if stop_requested() { Err(Failure::Stopped) } else { Ok(atlas) }

@@ -63,10 +63,10 @@ impl Widths {
     }
 }
 
-/// Fills weights and biases uniformly in +-1/sqrt(inputs), from the seed.
-pub fn initialise<T: Float>(weights: &mut [T], widths: Widths, seed: u64) {
+/// Fills weights and biases of `layers` (inputs, outputs) uniformly in +-1/sqrt(inputs), from the seed.
+pub fn initialise<T: Float>(weights: &mut [T], layers: &[(usize, usize)], seed: u64) {
     let mut rest = weights;
-    for (layer, (inputs, outputs)) in widths.layers().into_iter().enumerate() {
+    for (layer, (inputs, outputs)) in layers.iter().copied().enumerate() {
         let count = ((inputs + 1) * outputs).min(rest.len());
         let now = take_first(&mut rest, count);
         let bound = 1.0 / sqrt(inputs.max(1) as f64);
@@ -178,7 +178,7 @@ mod tests {
         let widths = Widths { hidden: 16, code: 4 };
         let fill = |seed| {
             let mut weights = vec![0.0f32; widths.parameter_count()];
-            initialise(&mut weights, widths, seed);
+            initialise(&mut weights, &widths.layers(), seed);
             weights
         };
         let (a, b) = (fill(1), fill(2));

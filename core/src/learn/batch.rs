@@ -30,7 +30,6 @@ pub(super) struct Mesh<'a> {
     pub exposure: &'a [f32],  // (vertices)
     pub faces: &'a [u32],     // (faces, 3)
     pub ring: &'a [u32],      // (vertices, 5)
-    pub target: &'a [f32],    // (vertices, 2), or empty
 }
 
 /// How batches of at most `batch` points (0: all) of a mesh are made up.
@@ -112,8 +111,6 @@ impl<'a> Sampler<'a> {
                 graph.normals.of_mut(values).copy_from(mesh.normals);
                 graph.exposure.of_mut(values).copy_from(mesh.exposure);
                 graph.ring.of_mut(indices).copy_from(mesh.ring);
-                let target = graph.target.of_mut(values).iter_mut().zip(mesh.target);
-                target.for_each(|(to, from)| *to = *from);
                 graph.faces.of_mut(indices).copy_from(mesh.faces);
                 fill_faces(graph, values, indices);
             }
@@ -126,11 +123,6 @@ impl<'a> Sampler<'a> {
         self.next += sizes.points;
         copy_rows(graph.positions.of_mut(values), mesh.positions, drawn);
         copy_rows(graph.normals.of_mut(values), mesh.normals, drawn);
-        if !mesh.target.is_empty() {
-            for (to, i) in graph.target.of_mut(values).as_chunks_mut::<2>().0.iter_mut().zip(drawn) {
-                to.copy_from(&mesh.target[2 * *i as usize..][..2]);
-            }
-        }
         let exposed = graph.exposure.of_mut(values).iter_mut().zip(drawn);
         exposed.for_each(|(to, &i)| *to = mesh.exposure[i as usize]);
         // Behind the points: the neighbours of the scored ones, then the corners of the faces.

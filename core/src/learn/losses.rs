@@ -36,13 +36,11 @@ pub enum Loss {
     Fold,
     /// Symmetric Dirichlet energy. Ours, not published.
     Distortion,
-    /// Distance from a given map: the start of a run. Ours, not published.
-    Target,
 }
 
 impl Loss {
     /// Every loss, in the order of all arrays of losses.
-    pub const ALL: [Loss; 11] = [
+    pub const ALL: [Loss; 10] = [
         Loss::Wrap,
         Loss::WrapNormals,
         Loss::Repel,
@@ -53,7 +51,6 @@ impl Loss {
         Loss::Visibility,
         Loss::Fold,
         Loss::Distortion,
-        Loss::Target,
     ];
 
     /// A short name for reports and settings files.
@@ -69,7 +66,6 @@ impl Loss {
             Loss::Visibility => "visibility",
             Loss::Fold => "fold",
             Loss::Distortion => "distortion",
-            Loss::Target => "target",
         }
     }
 
@@ -93,10 +89,7 @@ pub struct LossWeights(pub PerLoss<f64>);
 
 impl LossWeights {
     /// The published weights.
-    pub const PUBLISHED: Self = Self([1.0, 0.0, 0.01, 0.01, 0.005, 0.01, 1e-5, 0.004, 0.0, 0.0, 0.0]);
-
-    /// Ours, for a run that starts from a map: the way to it, and seams where exposure is low.
-    pub const FITTED: Self = Self([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.004, 0.0, 0.0, 1.0]);
+    pub const PUBLISHED: Self = Self([1.0, 0.0, 0.01, 0.01, 0.005, 0.01, 1e-5, 0.004, 0.0, 0.0]);
 
     /// The same with another weight of `loss`.
     pub fn with(mut self, loss: Loss, weight: f64) -> Self {
@@ -162,8 +155,6 @@ pub struct LossGraph {
     pub cosines: Var,
     /// Rest shape of faces (faces, 5), areas summing to 1, to be filled.
     pub rest: Var,
-    /// The map to begin with (points, 2), to be filled.
-    pub target: Var,
     /// The lattice (side^2, 2); [`LossGraph::fill_constants`].
     pub grid: Var,
     /// Unit tangents (2 points, 2); [`LossGraph::fill_constants`].
@@ -194,7 +185,7 @@ const REPELLED: u32 = Loss::Repel.bit();
 const LATTICE: u32 = Loss::Wrap.bit() | Loss::WrapNormals.bit() | REPELLED | Loss::CyclePoints.bit();
 const CYCLE: u32 = Loss::CyclePoints.bit() | Loss::CycleNormals.bit() | Loss::Differential.bit();
 const SCALED: u32 = Loss::Fold.bit() | Loss::Distortion.bit();
-const MAP: u32 = CYCLE | REPELLED | Loss::Triangle.bit() | Loss::Visibility.bit() | SCALED | Loss::Target.bit();
+const MAP: u32 = CYCLE | REPELLED | Loss::Triangle.bit() | Loss::Visibility.bit() | SCALED;
 
 /// The losses that look at faces and at neighbours in a ring.
 struct LocalLosses {
@@ -243,7 +234,6 @@ impl LossGraph {
         let (grid, units) = (t.input(side * side, 2), t.input(2 * n, 2));
         let (exposure, ring) = (t.input(scored, 1), t.table(scored * SEAM_NEIGHBOURS));
         let (faces, cosines, rest) = (t.table(face_count * 3), t.input(face_count, 3), t.input(face_count, REST));
-        let target = t.input(n, 2);
 
         t.set_group(MAP | LATTICE);
         let p = if further == 0 { positions } else { t.slice(positions, (0, 0), (n, 3)) };
@@ -288,8 +278,6 @@ impl LossGraph {
 
         let local = LocalLosses::record(t, [q, q_normalised], [faces, ring], [cosines, rest, exposure], margin);
         let LocalLosses { reach, scores, .. } = local;
-        t.set_group(Loss::Target.bit());
-        let target_loss = t.mean_abs(q_points, target);
 
         let alone = |y| [Some(y), None, None];
         let losses = [
@@ -303,11 +291,10 @@ impl LossGraph {
             alone(local.visibility),
             alone(local.fold),
             alone(local.distortion),
-            alone(target_loss),
         ];
         #[rustfmt::skip]
         let graph = Self {
-            tape, backbone, sizes, positions, normals, exposure, ring, faces, cosines, rest, target, grid, units, q, q_normalised,
+            tape, backbone, sizes, positions, normals, exposure, ring, faces, cosines, rest, grid, units, q, q_normalised,
             cycle, q_hat, wrapped, q_hat_cycle, tangents, reach, scores, losses,
         };
         graph

@@ -2,7 +2,9 @@
 pub mod adamw;
 pub mod backbone;
 mod batch;
+pub mod chart_net;
 pub mod evaluate;
+pub mod fit;
 pub mod kernels;
 pub mod losses;
 pub mod near;

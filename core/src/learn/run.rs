@@ -79,9 +79,9 @@ impl<'a> Run<'a> {
         frame.apply(positions, input.positions);
         let ring = memory.take_unset::<u32>(vertices * SEAM_NEIGHBOURS)?;
         rings(ring, positions, input.faces, &mut memory)?;
-        let TrainInput { normals, exposure, smooth, target, .. } = input;
-        let faces = if settings.weights.look_at_faces() { smooth } else { &[] };
-        let mesh = Mesh { positions, normals, exposure, faces, ring, target };
+        let TrainInput { normals, exposure, .. } = input;
+        let faces = if settings.weights.look_at_faces() { input.faces } else { &[] };
+        let mesh = Mesh { positions, normals, exposure, faces, ring };
 
         let graph = record(vertices, faces.len() / 3, settings);
         let sampler = Sampler::new(vertices, settings.seed, &mut memory)?;
@@ -92,7 +92,7 @@ impl<'a> Run<'a> {
         let parameters = graph.backbone.parameters();
         graph.fill_constants(values);
         let count = output.weights.len();
-        initialise(&mut values[..count], settings.widths, settings.seed);
+        initialise(&mut values[..count], &settings.widths.layers(), settings.seed);
         output.weights.copy_from(&values[..count]);
         let summary =
             TrainSummary { steps: 0, best_step: 0, objective: f64::INFINITY, was_stopped: false, samples: 0, frame };
@@ -219,22 +219,6 @@ fn check(output: &TrainOutput, input: &TrainInput, settings: &TrainSettings) -> 
     is_whole("weights", output.weights.len(), settings.widths.parameter_count())?;
     if vertices == 0 || settings.widths.hidden == 0 || settings.widths.code == 0 {
         return Err(TrainError::Empty);
-    }
-    if !input.target.is_empty() || settings.weights.0[Loss::Target as usize] != 0.0 {
-        is_whole("target", input.target.len(), 2 * vertices)?;
-    }
-    if !input.smooth.len().is_multiple_of(3) || input.smooth.len() > input.faces.len() {
-        return Err(TrainError::Length {
-            what: "smooth faces",
-            expected: input.faces.len(),
-            given: input.smooth.len(),
-        });
-    }
-    if let Some(vertex) = input.target.iter().position(|x| !x.is_finite()) {
-        return Err(TrainError::NotFinite { vertex: vertex / 2 });
-    }
-    if let Some(corner) = input.smooth.iter().position(|i| *i as usize >= vertices) {
-        return Err(TrainError::Corner { face: corner / 3 });
     }
     if let Some(corner) = input.faces.iter().position(|i| *i as usize >= vertices) {
         return Err(TrainError::Corner { face: corner / 3 });

@@ -68,8 +68,6 @@ fn run(
         positions: &sheet.positions,
         normals: &sheet.normals,
         faces: &sheet.faces,
-        smooth: &sheet.faces,
-        target: &[],
         exposure: &sheet.exposure,
     };
     let summary = train(output, input, settings, path, workers, watch, &mut Scratch::new(&mut bytes));

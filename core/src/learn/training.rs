@@ -15,10 +15,6 @@ pub struct TrainInput<'a> {
     pub normals: &'a [f32],
     /// Corners (faces, 3).
     pub faces: &'a [u32],
-    /// Those of the faces that the losses of triangles look at (any number, 3): all, or all but what is torn.
-    pub smooth: &'a [u32],
-    /// UVs that [`super::losses::Loss::Target`] pulls to (vertices, 2), or nothing where it is off.
-    pub target: &'a [f32],
     /// Exposure (vertices), 1 = open.
     pub exposure: &'a [f32],
 }
@@ -59,31 +55,6 @@ impl TrainSettings {
         rate: [1e-3, 1e-5],
         seed: 0,
     };
-    /// Width 64, batches of 1,024 points, [`LossWeights::FITTED`], a box of side 4: of cow and Spot it tears .32 and .21 of the
-    /// faces in 1,000 steps; side 1 .41 and .25, 2 .34 and .25, 8 .34 and .20. On Spot, started from charts: rate 1e-3 leaves 1.6 times the
-    /// distance from the start that 4e-3 leaves; with the published losses beside it, a step takes three times as long and the
-    /// result is worse, as it is with folds or distortion (docs/RESULTS.md).
-    pub const STANDARD: Self = Self {
-        widths: Widths { hidden: 64, code: 16 },
-        steps: 1500,
-        batch: 1024,
-        weights: LossWeights::FITTED,
-        side: 4.0,
-        rate: [4e-3, 1e-5],
-        ..Self::PAPER
-    };
-    /// A look at what a map would be: width 32, batches of 512 points.
-    pub const DRAFT: Self = Self { widths: Widths { hidden: 32, code: 8 }, steps: 600, batch: 512, ..Self::STANDARD };
-
-    /// The preset of that name: `draft`, `standard` or `paper`.
-    pub fn preset(name: &str) -> Option<Self> {
-        match name {
-            "draft" => Some(Self::DRAFT),
-            "standard" => Some(Self::STANDARD),
-            "paper" => Some(Self::PAPER),
-            _ => None,
-        }
-    }
 }
 
 /// The losses at one step.

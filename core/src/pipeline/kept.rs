@@ -64,13 +64,13 @@ fn is_disk(pieces: &Pieces, p: usize) -> bool {
     pieces.vertex_count(p) + surface.mesh.faces.len() == edges + 1
 }
 
-struct Fit {
+struct KeptFit {
     mean: f64, // of the energy over 4
     area: f64,
 }
 
 /// Turns the map of piece `p` face up and scales it so that its energy is least; nothing where a face is turned over.
-fn fit(uv: &mut [DVec2], pieces: &Pieces, p: usize) -> Option<Fit> {
+fn fit(uv: &mut [DVec2], pieces: &Pieces, p: usize) -> Option<KeptFit> {
     let rest = pieces.bare_surface(p).rest;
     let signed: f64 = uv.as_chunks::<3>().0.iter().map(|t| (t[1] - t[0]).perp_dot(t[2] - t[0])).sum();
     if signed < 0.0 {
@@ -91,5 +91,5 @@ fn fit(uv: &mut [DVec2], pieces: &Pieces, p: usize) -> Option<Fit> {
         return None;
     }
     uv.iter_mut().for_each(|uv| *uv *= scale);
-    Some(Fit { mean: strain.mean(), area: strain.area })
+    Some(KeptFit { mean: strain.mean(), area: strain.area })
 }

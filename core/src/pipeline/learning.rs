@@ -1,4 +1,4 @@
-//! What is to be learned, where it is kept, and what the steps of learning share.
+//! What the published training is to learn, where it is kept, and what its steps share.
 
 use super::report::UnwrapError;
 use super::tears::Torn;
@@ -7,39 +7,27 @@ use crate::charts::pieces::Pieces;
 use crate::learn::losses::Loss;
 use crate::learn::training::{Sample, TrainSettings};
 use crate::search::budget::Budget;
-use glam::DVec3;
 
 /// Pieces that are trained at the most.
 pub const MOST: usize = 8;
-/// From the input's frame to that in which a piece's network was trained: the rows of a linear map, then what is added.
-pub type Frame3 = [[f64; 3]; 4];
 
 /// What to learn, and where it is kept.
 pub struct Learning<'a> {
     /// How to train.
     pub settings: TrainSettings,
-    /// Whether training starts from the exact stages' charts.
-    pub start: bool,
-    /// The frame of each map, the largest piece's first. Given maps are used as they are: nothing is trained.
-    pub frames: &'a mut [Frame3], // (MOST)
-    /// Their weights, one after the other.
+    /// Weights of the maps, the largest piece's first.
     pub weights: &'a mut [f32], // (MOST, parameters)
     /// Samples of the losses of the largest piece; any length.
     pub curve: &'a mut [Sample],
-    /// How it went; a count of maps that is not 0 says that maps are given.
+    /// How it went.
     pub summary: LearnedSummary,
 }
 
 impl Learning<'_> {
-    /// Whether there is room for all maps, and no more are given than that.
+    /// Whether there is room for all maps.
     pub(super) fn check(&self) -> Result<(), UnwrapError> {
-        let parameters = self.settings.widths.parameter_count();
-        let room = (self.weights.len() / parameters.max(1)).min(self.frames.len());
-        if room >= MOST && self.summary.maps <= MOST {
-            Ok(())
-        } else {
-            Err(UnwrapError::BadLength { expected: MOST, given: if room < MOST { room } else { self.summary.maps } })
-        }
+        let room = self.weights.len() / self.settings.widths.parameter_count().max(1);
+        if room >= MOST { Ok(()) } else { Err(UnwrapError::BadLength { expected: MOST, given: room }) }
     }
 
     /// Whether exposure plays no part.
@@ -66,10 +54,8 @@ pub struct LearnedSummary {
 /// Everything that the steps of learning share.
 pub(super) struct LearnScene<'s> {
     pub pieces: &'s Pieces<'s>,
-    pub kept: &'s [u8],                       // pieces for which there is nothing to do
-    pub open: &'s dyn Fn(u32) -> f32,         // exposure at a corner of the working mesh
-    pub place_of: &'s dyn Fn(DVec3) -> DVec3, // of a point of the input
-    pub input_of: &'s dyn Fn(DVec3) -> DVec3, // and back
+    pub kept: &'s [u8],               // pieces for which there is nothing to do
+    pub open: &'s dyn Fn(u32) -> f32, // exposure at a corner of the working mesh
     pub budget: Budget,
     pub workers: &'s dyn Workers,
 }

@@ -1,18 +1,23 @@
 //! From polygons to a UV atlas and to parts: the one room that knows the order of the stages.
 
 mod alike;
+mod decimal;
 mod early;
 mod exact;
 mod exposure;
+pub mod fitting;
 mod forced;
 pub mod input;
 mod kept;
-pub mod learned;
 pub mod learning;
+mod mend;
+pub mod neural;
+mod nodes;
 pub mod order;
 pub mod partition;
 pub mod pieces;
 pub mod polygons;
+pub mod published;
 pub mod report;
 pub mod settings;
 mod stacks;

@@ -3,11 +3,13 @@
 use super::alike::Alike;
 use super::exact::{ExactRun, Polishing};
 use super::exposure::{expose, share_exposure};
+use super::fitting::Fitting;
 use super::forced::{Forcing, Layout, Planes, lay_out};
 use super::input::{Input, Output};
 use super::kept::take_over;
-use super::learned::{hybrid, neural};
 use super::learning::{LearnScene, Learning};
+use super::neural::{CutScene, neural};
+use super::published::published;
 use super::report::{Report, UnwrapError};
 use super::settings::{Charts, CountedWork, Packing, Settings, Snap, Stacking, Straighten};
 use crate::base::progress::{Progress, Stage, tell};
@@ -39,10 +41,10 @@ use glam::{DVec2, DVec3};
 pub enum Method<'m, 'a> {
     /// Cuts by exposure and distortion, then flattening; no training.
     Exact,
-    /// Trained maps, cut where they tear. They may overlap: the report counts it.
-    Neural(&'m mut Learning<'a>),
-    /// Trained maps say where the exact stages cut.
-    Hybrid(&'m mut Learning<'a>),
+    /// The exact stages' charts, mapped by a network that learned them.
+    Neural(&'m mut Fitting<'a>),
+    /// Trained maps as published, cut where they tear. They may overlap: the report counts it.
+    Published(&'m mut Learning<'a>),
 }
 
 impl<'a> Method<'_, 'a> {
@@ -50,8 +52,8 @@ impl<'a> Method<'_, 'a> {
     fn again(&mut self) -> Method<'_, 'a> {
         match self {
             Self::Exact => Method::Exact,
-            Self::Neural(learning) => Method::Neural(learning),
-            Self::Hybrid(learning) => Method::Hybrid(learning),
+            Self::Neural(fitting) => Method::Neural(fitting),
+            Self::Published(learning) => Method::Published(learning),
         }
     }
 }
@@ -108,7 +110,7 @@ pub fn unwrap(
     unwrap_by(Method::Exact, output, input, settings, bvh, scratch, workers, progress)
 }
 
-/// Makes the atlas by `method`; those that learn take [`super::learned::learned_need`] more bytes.
+/// Makes the atlas by `method`; those that learn take [`super::neural::neural_need`] or [`super::published::published_need`] more bytes.
 #[allow(clippy::too_many_arguments)]
 pub fn unwrap_by(
     mut method: Method,
@@ -121,8 +123,10 @@ pub fn unwrap_by(
     progress: &mut dyn Progress,
 ) -> Result<Report, UnwrapError> {
     output.fits(input)?;
-    if let Method::Neural(learning) | Method::Hybrid(learning) = &method {
-        learning.check()?;
+    match &method {
+        Method::Exact => {}
+        Method::Neural(fitting) => fitting.check(input.polygons().counts().triangles)?,
+        Method::Published(learning) => learning.check()?,
     }
     scratch.require(unwrap_need(input, settings, bvh))?;
     let mut attempt = Attempt { input, settings, bvh, workers, over_diagonals: true };
@@ -168,7 +172,7 @@ impl Attempt<'_> {
         let exposed = expose(open, &working, settings, bvh, scratch.frame(), workers, progress)?;
         share_exposure(output.exposure, open, &working);
         let given = OnMesh::new(input.edges, &polygons, &working);
-        let seen = Some(&*open).filter(|_| !matches!(&method, Method::Neural(l) if l.is_blind()));
+        let seen = Some(&*open).filter(|_| !matches!(&method, Method::Published(l) if l.is_blind()));
         let Settings { hard_edges, prefer, .. } = *settings;
         let tolerance = (input.tolerance / working.extent).max(repaired.crack_width) * own_frame.scale();
         let breaks = prices(cost, &working, &given, Rates { hard_edges, prefer, tolerance }, seen, scratch.frame())?;
@@ -188,33 +192,25 @@ impl Attempt<'_> {
         let (uv, cut) = (&mut all_uv[..pieces.source.len()], &mut cut[..pieces.source.len()]);
         let total = pieces.count();
         let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
-        let place_of = |p: DVec3| own_frame.place((p - working.centre) / working.extent);
-        let input_of = |p: DVec3| own_frame.back(p) * working.extent + working.centre;
-        let scene = LearnScene {
-            pieces: &pieces,
-            kept,
-            open: &open,
-            place_of: &place_of,
-            input_of: &input_of,
-            budget,
-            workers,
-        };
-        let mends = !matches!(method, Method::Neural(_));
+        let scene = LearnScene { pieces: &pieces, kept, open: &open, budget, workers };
+        let mends = !matches!(method, Method::Published(_));
         let mut placing = placing(settings, &pieces, copies, &working, input.parts, mends);
         let polishing = polishing(settings, mends && input.kept_uv.is_none(), budget.bulky);
         let mut searched = None;
-        match method {
-            Method::Exact => {
-                let exact = ExactRun { placing: &placing, polishing, budget, kept, workers };
-                searched = exact.run_for(settings.work.seams, uv, cut, frame.frame(), progress)?;
-                placing.packing.effort *= if searched.is_some() { HURRIED } else { 1.0 };
-            }
-            Method::Neural(learning) => neural(uv, cut, &scene, learning, frame.frame(), progress)?,
-            Method::Hybrid(learning) => {
-                hybrid(uv, cut, &scene, learning, frame.frame(), progress)?;
-                polishing.polish(uv, cut, kept, &placing, frame.frame(), workers)?;
-            }
+        let exact = ExactRun { placing: &placing, polishing, budget, kept, workers };
+        let is_given = matches!(&method, Method::Neural(fitting) if fitting.is_given);
+        if matches!(method, Method::Exact | Method::Neural(_)) && !is_given {
+            searched = exact.run_for(settings.work.seams, uv, cut, frame.frame(), progress)?;
         }
+        match method {
+            Method::Exact => {}
+            Method::Neural(fitting) => {
+                let scene = CutScene { working: &working, pieces: &pieces, bound: settings.distortion, workers };
+                neural(uv, cut, &scene, fitting, frame.frame(), progress)?;
+            }
+            Method::Published(learning) => published(uv, cut, &scene, learning, frame.frame(), progress)?,
+        }
+        placing.packing.effort *= if searched.is_some() { HURRIED } else { 1.0 };
         copies.spread(uv, cut, &pieces);
         let forbidden_cuts = pieces.cut_count(cut, |cost| cost >= FORBIDDEN);
         tell(progress, Stage::Seams, total, total)?;

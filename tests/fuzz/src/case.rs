@@ -3,7 +3,7 @@
 use crate::bytes::Bytes;
 use glam::{DVec2, DVec3};
 use seamwright_core::mesh::cracks::Weld;
-use seamwright_core::pipeline::{Charts, Input, Packing, Settings, Snap, Stacking, Straighten, CountedWork};
+use seamwright_core::pipeline::{Charts, CountedWork, Input, Packing, Settings, Snap, Stacking, Straighten};
 use seamwright_core::price::cost::Prefer;
 use seamwright_core::price::given::HardEdges;
 use std::collections::HashMap;
@@ -167,7 +167,12 @@ pub fn settings(bytes: &mut Bytes, is_wild: bool) -> Settings {
         stack_offset: 0,
         seed: u64::from(bytes.byte()),
         ends_early: bytes.pick(&[false, true]),
-        work: bytes.pick(&[CountedWork::ALL, CountedWork { seams: 5000, ..CountedWork::ALL }, CountedWork { exposure: 0, seams: 0, pack: 0 }, CountedWork { pack: 1, ..CountedWork::ALL }]),
+        work: bytes.pick(&[
+            CountedWork::ALL,
+            CountedWork { seams: 5000, ..CountedWork::ALL },
+            CountedWork { exposure: 0, seams: 0, pack: 0 },
+            CountedWork { pack: 1, ..CountedWork::ALL },
+        ]),
     };
     if !is_wild {
         return sound;

@@ -58,7 +58,8 @@ fn judged(case: &Case, made: &Made, weld: Weld) {
     let polygons = Polygons { positions, corners, polygon_start, kept_uv };
     let mut bytes = vec![0; repair_welding_need(&polygons.counts(), weld)];
     let mut scratch = Scratch::new(&mut bytes);
-    let (working, repaired) = repair_welding(&polygons, Facing::Turned, weld, &mut scratch).expect("it was repaired before");
+    let (working, repaired) =
+        repair_welding(&polygons, Facing::Turned, weld, &mut scratch).expect("it was repaired before");
     let uv: Vec<DVec2> = working.corner_source.iter().map(|c| made.corner_uv[*c as usize]).collect();
     let mesh = UvMesh { positions: working.positions, triangles: working.faces, corner_uv: uv.as_chunks::<3>().0 };
     let area = |f: usize| {

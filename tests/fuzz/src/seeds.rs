@@ -1,9 +1,9 @@
 //! Seeds: small shapes of known kinds in the bytes that the targets read, and the files of `fixtures/`.
 
 use seamwright::training::map_file;
-use seamwright::training::trainer::Trainer;
+use seamwright::training::trainer::FitTrainer;
 use seamwright_core::learn::backbone::Widths;
-use seamwright_core::learn::training::TrainSettings;
+use seamwright_core::learn::fit::FitSettings;
 use std::fs;
 use std::path::Path;
 
@@ -134,10 +134,10 @@ fn small_files() -> Vec<(&'static str, u8, Vec<u8>)> {
             C: "OO",2,0 }
         "#;
     let widths = Widths { hidden: 1, code: 1 };
-    let mut trainer = Trainer::with("draft".into(), TrainSettings { widths, ..TrainSettings::DRAFT }, true);
-    trainer.summary.maps = 1;
+    let mut trainer = FitTrainer::new("draft".into(), FitSettings { widths, ..FitSettings::DRAFT });
+    trainer.cut = vec![1; 6];
     let mut map = vec![];
-    map_file::write(&mut map, &trainer).expect("memory takes all bytes");
+    map_file::write(&mut map, &trainer, 1).expect("memory takes all bytes");
     vec![
         ("small.stl", 2, stl.into()),
         ("binary.stl", 2, binary),
@@ -175,7 +175,7 @@ pub fn write(folder: &Path, fixtures: &Path) -> std::io::Result<()> {
                 fs::write(folder.join(target).join(format!("{name}_{variant}")), [head, &mesh].concat())?;
             }
         }
-        // Parts by shape and by labels, training, and trained pieces: neural, from charts and with a map, and hybrid.
+        // Parts by shape and by labels, training, and maps: published, of charts, and given.
         for what in [0u8, 1, 2, 3, 11, 19, 7] {
             let head = [what, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
             let head = if what == 2 { &head[..] } else { &head[..9] };

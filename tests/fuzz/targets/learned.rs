@@ -2,20 +2,24 @@
 //! are whole and, of the hybrid method, a valid atlas.
 #![no_main]
 
+use glam::DVec2;
 use libfuzzer_sys::fuzz_target;
 use seamwright_core::base::progress::Silent;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Serial;
 use seamwright_core::learn::backbone::Widths;
+use seamwright_core::learn::fit::{FitSample, FitSettings};
 use seamwright_core::learn::kernels::path::Path;
 use seamwright_core::learn::losses::{Loss, LossWeights};
 use seamwright_core::learn::run::train_need;
 use seamwright_core::learn::train::train;
 use seamwright_core::learn::training::{Sample, TrainError, TrainInput, TrainOutput, TrainSettings, Unwatched};
 use seamwright_core::parts::settings::{Count, PartSettings};
-use seamwright_core::pipeline::learned::learned_need;
+use seamwright_core::pipeline::fitting::{FitSummary, Fitting, LearnedMap, MOST_CHARTS, net_of};
 use seamwright_core::pipeline::learning::{LearnedSummary, Learning, MOST};
+use seamwright_core::pipeline::neural::neural_need;
 use seamwright_core::pipeline::polygons::{Parts, Source, parts_of_polygons, parts_of_polygons_need};
+use seamwright_core::pipeline::published::published_need;
 use seamwright_core::pipeline::{Method, Output, Packing, Settings, UnwrapError, unwrap_by, unwrap_need};
 use seamwright_core::rays::binned::BinnedBuilder;
 use seamwright_fuzz::bytes::Bytes;
@@ -47,7 +51,7 @@ fuzz_target!(|bytes: &[u8]| {
 });
 
 fn training(bytes: &mut Bytes) -> TrainSettings {
-    let preset = bytes.pick(&[TrainSettings::PAPER, TrainSettings::STANDARD, TrainSettings::DRAFT]);
+    let preset = TrainSettings::PAPER;
     let is_wild = bytes.byte() >= 0xf0;
     let number = |bytes: &mut Bytes, sound: f64| if is_wild { HOSTILE[usize::from(bytes.byte()) & 15] } else { sound };
     let mut weights = preset.weights;
@@ -107,8 +111,6 @@ fn trained(bytes: &mut Bytes, settings: &TrainSettings) {
     }
     let mut normals: Vec<f32> = positions.iter().map(|x| if is_wild { *x } else { x.clamp(-1.0, 1.0) }).collect();
     let mut faces: Vec<u32> = case.corners[..case.corners.len() / 3 * 3].to_vec();
-    let mut smooth = faces[..faces.len() / 6 * 3].to_vec();
-    let mut target: Vec<f32> = positions.chunks(3).flat_map(|p| [p[0], p[2]]).collect();
     let mut exposure = vec![0.5f32; n];
     let (mut q, mut scores) = (vec![f32::NAN; 2 * n], vec![f32::NAN; n]);
     let mut weights = vec![f32::NAN; settings.widths.parameter_count()];
@@ -117,19 +119,15 @@ fn trained(bytes: &mut Bytes, settings: &TrainSettings) {
         1 => drop(positions.pop()),
         2 => drop(normals.pop()),
         3 => drop(faces.pop()),
-        4 => drop(smooth.pop()),
-        5 => drop(target.pop()),
         6 => drop(exposure.pop()),
         7 => drop(q.pop()),
         8 => drop(scores.pop()),
         9 => drop(weights.pop()),
-        10 => smooth.push(u32::MAX),
         11 => faces.extend([0, 1, u32::MAX]),
-        12 => target.clear(),
         _ => {}
     }
-    let (positions, normals, faces, smooth) = (&positions, &normals, &faces, &smooth);
-    let input = TrainInput { positions, normals, faces, smooth, target: &target, exposure: &exposure };
+    let (positions, normals, faces) = (&positions, &normals, &faces);
+    let input = TrainInput { positions, normals, faces, exposure: &exposure };
     let output = TrainOutput { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
     let need = train_need(exposure.len(), faces.len() / 3, settings);
     if need < MOST_BYTES {
@@ -143,37 +141,41 @@ fn trained(bytes: &mut Bytes, settings: &TrainSettings) {
 /// The methods that learn, on a mesh of some hundred faces.
 fn unwrapped(case: &Case, settings: TrainSettings, what: u8) {
     let mut made = Made::room(case);
-    let is_hybrid = what & 4 != 0;
-    let parameters = settings.widths.parameter_count();
-    let (mut frames, mut weights) = (vec![[[1.0; 3]; 4]; MOST], vec![0.25; MOST * parameters]);
-    let mut curve = vec![Sample { step: 0, losses: [0.0; Loss::ALL.len()] }; 3];
-    let mut learning = Learning {
-        settings,
-        start: what & 8 != 0,
-        frames: &mut frames,
-        weights: &mut weights,
-        curve: &mut curve,
-        summary: LearnedSummary { maps: usize::from(!is_hybrid && what & 16 != 0), ..LearnedSummary::default() },
-    };
+    let is_published = what & 4 != 0;
+    let fit =
+        FitSettings { widths: Widths { hidden: 3, code: 2 }, steps: usize::from(what >> 5), ..FitSettings::DRAFT };
     let how = Settings { rays: 2, packing: Packing::Grid, ..Settings::default() };
     let triangles = case.corners.len() / 3;
-    let need = unwrap_need(&case.input(), &how, &BinnedBuilder).saturating_add(learned_need(
-        triangles,
-        case.positions.len(),
-        &settings,
-        1,
-    ));
+    let learned = match is_published {
+        true => published_need(triangles, case.positions.len(), &settings, 1),
+        false => neural_need(triangles, &fit),
+    };
+    let need = unwrap_need(&case.input(), &how, &BinnedBuilder).saturating_add(learned);
     if need >= MOST_BYTES {
         return;
     }
     let mut memory = vec![0xa5; need];
     let output =
         Output { corner_uv: &mut made.corner_uv, polygon_chart: &mut made.polygon_chart, exposure: &mut made.exposure };
-    let by = if is_hybrid { Method::Hybrid(&mut learning) } else { Method::Neural(&mut learning) };
     let scratch = Scratch::new(&mut memory);
-    match unwrap_by(by, output, &case.input(), &how, &BinnedBuilder, scratch, &Serial, &mut Silent) {
-        Ok(report) if is_hybrid => valid(case, &made, &report, how.weld),
-        Err(UnwrapError::BadTree | UnwrapError::Overlap { .. }) => panic!("no atlas"),
+    let go = |by: Method| unwrap_by(by, output, &case.input(), &how, &BinnedBuilder, scratch, &Serial, &mut Silent);
+    let result = if is_published {
+        let mut weights = vec![0.25; MOST * settings.widths.parameter_count()];
+        let mut curve = vec![Sample { step: 0, losses: [0.0; Loss::ALL.len()] }; 3];
+        let summary = LearnedSummary::default();
+        go(Method::Published(&mut Learning { settings, weights: &mut weights, curve: &mut curve, summary }))
+    } else {
+        let mut weights = vec![0.25; net_of(&fit, MOST_CHARTS).parameter_count()];
+        let (mut cut, mut corrected) = (vec![what & 1; 3 * triangles], vec![DVec2::NAN; 3 * triangles]);
+        let map = LearnedMap { weights: &mut weights, cut: &mut cut, corrected: &mut corrected };
+        let mut curve = vec![FitSample::default(); 3];
+        let (is_given, summary) = (what & 8 != 0, FitSummary::default());
+        go(Method::Neural(&mut Fitting { settings: fit, map, is_given, curve: &mut curve, summary }))
+    };
+    match result {
+        Ok(report) if !is_published && what & 8 == 0 => valid(case, &made, &report, how.weld),
+        Err(UnwrapError::BadTree) => panic!("no atlas"),
+        Err(UnwrapError::Overlap { .. }) if what & 12 == 0 => panic!("no atlas"),
         _ => {}
     }
 }

@@ -4,10 +4,10 @@
 use glam::DVec3;
 use seamwright_core::judge::measure::measure_need;
 use seamwright_core::learn::backbone::Widths;
-use seamwright_core::learn::run::train_need;
-use seamwright_core::learn::training::TrainSettings;
+use seamwright_core::learn::fit::FitSettings;
 use seamwright_core::mesh::polygons::Polygons;
 use seamwright_core::mesh::repair::repair_need;
+use seamwright_core::pipeline::neural::neural_need;
 use seamwright_core::pipeline::polygons::parts_of_polygons_need;
 use seamwright_core::pipeline::{Input, Packing, Settings, unwrap_need};
 use seamwright_core::rays::binned::BinnedBuilder;
@@ -28,15 +28,15 @@ fn main() {
         let polygons = Polygons { positions, corners, polygon_start, kept_uv: None };
         let input = Input::new(positions, corners, polygon_start);
         let unwrap = |packing| unwrap_need(&input, &Settings { packing, ..Settings::default() }, &BinnedBuilder);
-        let tiny = TrainSettings { widths: Widths { hidden: 8, code: 4 }, batch: 64, ..TrainSettings::DRAFT };
+        let tiny = FitSettings { widths: Widths { hidden: 8, code: 4 }, ..FitSettings::DRAFT };
         let needs = [
             repair_need(&polygons.counts()),
             Scene::need(faces, &BinnedBuilder) + exposure_need(64),
             parts_of_polygons_need(&input, &BinnedBuilder),
             unwrap(Packing::Grid),
             unwrap(Packing::Tight),
-            train_need(vertices, faces, &tiny),
-            train_need(vertices, faces, &TrainSettings::DRAFT),
+            neural_need(faces, &tiny),
+            neural_need(faces, &FitSettings::DRAFT),
             measure_need(vertices, faces, 128),
         ];
         println!("| {faces} | {} |", needs.map(|n| n.div_ceil(1024).to_string()).join(" | "));

@@ -52,7 +52,7 @@ fn every_path_and_number_of_threads_gives_the_golden_hashes() {
 #[test]
 fn another_seed_changes_the_hash_of_every_stage_that_draws() {
     let found = hashes(SEED + 1, Path::best(), 1);
-    for stage in ["exposure", "labels", "weights", "uvs", "metrics"] {
+    for stage in ["exposure", "labels", "weights", "uvs", "metrics", "map"] {
         let same = |line: &&str| line.contains(stage) && GOLDEN.lines().any(|golden| golden == *line);
         assert_eq!(found.lines().find(same), None, "{stage}");
     }

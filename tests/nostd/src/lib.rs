@@ -39,9 +39,16 @@ pub fn run(
     workers: &dyn Workers,
 ) -> Result<(), Failure> {
     for (name, text, packing) in MESHES {
-        let Stages { exposure, labels, weights, uvs, metrics } = stages(text, packing, seed, memory, path, workers)?;
-        let named =
-            [("exposure", exposure), ("labels", labels), ("weights", weights), ("uvs", uvs), ("metrics", metrics)];
+        let Stages { exposure, labels, weights, uvs, metrics, map } =
+            stages(text, packing, seed, memory, path, workers)?;
+        let named = [
+            ("exposure", exposure),
+            ("labels", labels),
+            ("weights", weights),
+            ("uvs", uvs),
+            ("metrics", metrics),
+            ("map", map),
+        ];
         for (stage, hash) in named {
             writeln!(out, "{name} {stage} {hash:016x}").map_err(|_| Failure::Output)?;
         }

@@ -11,6 +11,7 @@ use seamwright_core::base::workers::Workers;
 use seamwright_core::judge::input::UvMesh;
 use seamwright_core::judge::measure::{MeasureError, measure};
 use seamwright_core::learn::backbone::Widths;
+use seamwright_core::learn::fit::{FitSample, FitSettings};
 use seamwright_core::learn::kernels::path::Path;
 use seamwright_core::learn::losses::{Loss, LossWeights};
 use seamwright_core::learn::train::train;
@@ -18,8 +19,9 @@ use seamwright_core::learn::training::{Sample, TrainError, TrainInput, TrainOutp
 use seamwright_core::mesh::normals::{NormalWeight, vertex_normals};
 use seamwright_core::mesh::view::MeshView;
 use seamwright_core::parts::settings::PartSettings;
+use seamwright_core::pipeline::fitting::{FitSummary, Fitting, LearnedMap, MOST_CHARTS, net_of};
 use seamwright_core::pipeline::polygons::{Parts, Source, parts_of_polygons};
-use seamwright_core::pipeline::{Input, Output, Packing, Settings, UnwrapError, unwrap};
+use seamwright_core::pipeline::{Input, Method, Output, Packing, Settings, UnwrapError, unwrap, unwrap_by};
 use seamwright_core::rays::binned::BinnedBuilder;
 
 /// Rays a vertex.
@@ -29,7 +31,7 @@ const EFFORT: f64 = 0.05;
 /// Texels a side at which coverage is measured.
 const RESOLUTION: u32 = 128;
 /// Every loss has a weight and step 5 looks at the rare ones again, so that every operation of the tape runs.
-const WEIGHTS: LossWeights = LossWeights([1.0, 0.01, 0.01, 0.01, 0.005, 0.01, 1e-2, 0.004, 0.01, 0.01, 0.1]);
+const WEIGHTS: LossWeights = LossWeights([1.0, 0.01, 0.01, 0.01, 0.005, 0.01, 1e-2, 0.004, 0.01, 0.01]);
 /// A training of seconds on a microcontroller. The width is no multiple of any path's tile.
 const TRAINING: TrainSettings = TrainSettings {
     widths: Widths { hidden: 21, code: 5 },
@@ -38,6 +40,9 @@ const TRAINING: TrainSettings = TrainSettings {
     weights: WEIGHTS,
     ..TrainSettings::PAPER
 };
+
+/// A learned map of seconds; steps of both stages.
+const FIT: FitSettings = FitSettings { widths: Widths { hidden: 21, code: 5 }, steps: 10, ..FitSettings::DRAFT };
 
 /// A hash of what each stage wrote.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +57,8 @@ pub struct Stages {
     pub uvs: u64,
     /// All figures of that atlas.
     pub metrics: u64,
+    /// Weights and cuts of a learned map of the mesh without its parts, and UV of each corner.
+    pub map: u64,
 }
 
 /// Why there are no hashes.
@@ -124,6 +131,7 @@ pub fn stages(
     unwrap(out, &input, &settings, bvh, scratch.frame(), workers, &mut Silent).map_err(Failure::Unwrap)?;
     let uvs = Hash::new().f64s(corner_uv.iter().flat_map(|uv| uv.to_array())).u32s(polygon_chart.iter().copied()).end();
 
+    let map = learned(&Input { parts: None, ..input }, &settings, scratch.frame(), workers)?;
     let weights = training(mesh, exposure, seed, scratch.frame(), path, workers)?;
     let (corner_uv, _) = corner_uv.as_chunks::<3>();
     let judged = UvMesh { positions, triangles: faces, corner_uv };
@@ -134,10 +142,34 @@ pub fn stages(
         weights,
         uvs,
         metrics: figures::hash(&measured),
+        map,
     })
 }
 
-/// Trains a map towards the mesh's shadow on a plane; the hash of all that the training writes.
+/// Learns a map of the charts of `input`; the hash of the map and its UVs.
+fn learned(input: &Input, settings: &Settings, mut scratch: Scratch, workers: &dyn Workers) -> Result<u64, Failure> {
+    let corners = input.corners.len();
+    let corner_uv = scratch.take::<DVec2>(corners)?;
+    let polygon_chart = scratch.take::<u32>(corners / 3)?;
+    let exposure = scratch.take::<f32>(input.positions.len())?;
+    let fit = FitSettings { seed: settings.seed, ..FIT };
+    let map = LearnedMap {
+        weights: scratch.take(net_of(&fit, MOST_CHARTS).parameter_count())?,
+        cut: scratch.take(corners)?,
+        corrected: scratch.take(corners)?,
+    };
+    let curve = &mut [FitSample::default(); FIT.steps];
+    let mut fitting = Fitting { settings: fit, map, is_given: false, curve, summary: FitSummary::default() };
+    let out = Output { corner_uv, polygon_chart, exposure };
+    let method = Method::Neural(&mut fitting);
+    unwrap_by(method, out, input, settings, &BinnedBuilder, scratch, workers, &mut Silent).map_err(Failure::Unwrap)?;
+    let terms = fitting.curve.iter().flat_map(|sample| sample.terms);
+    let values = fitting.map.weights.iter().copied().chain(terms);
+    let cuts = fitting.map.cut.iter().map(|cut| u32::from(*cut));
+    Ok(Hash::new().f32s(values).u32s(cuts).f64s(corner_uv.iter().flat_map(|uv| uv.to_array())).end())
+}
+
+/// Trains a map as published; the hash of all that the training writes.
 fn training(
     mesh: Mesh,
     exposure: &[f32],
@@ -151,21 +183,12 @@ fn training(
     vertex_normals(exact, MeshView { positions: mesh.positions, faces: mesh.faces }, NormalWeight::Angle);
     let positions = scratch.take::<[f32; 3]>(n)?;
     let normals = scratch.take::<[f32; 3]>(n)?;
-    let target = scratch.take::<[f32; 2]>(n)?;
     for v in 0..n {
         positions[v] = mesh.positions[v].as_vec3().to_array();
         normals[v] = exact[v].as_vec3().to_array();
-        target[v] = [positions[v][0], positions[v][1]];
     }
     let faces = mesh.faces.as_flattened();
-    let input = TrainInput {
-        positions: positions.as_flattened(),
-        normals: normals.as_flattened(),
-        faces,
-        smooth: faces,
-        target: target.as_flattened(),
-        exposure,
-    };
+    let input = TrainInput { positions: positions.as_flattened(), normals: normals.as_flattened(), faces, exposure };
     let q = scratch.take::<f32>(2 * n)?;
     let scores = scratch.take::<f32>(n)?;
     let weights = scratch.take::<f32>(TRAINING.widths.parameter_count())?;

@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let widths = Widths { hidden: width, code };
     let mut run = Learned::<f32>::new(&surface, widths, 0.25, path);
     let count = widths.parameter_count();
-    initialise(&mut run.values[..count], widths, 1);
+    initialise(&mut run.values[..count], &widths.layers(), 1);
     let mut moments = vec![0.0; 2 * count];
     let weights = LossWeights::PUBLISHED;
     let active = weights.active(0);
@@ -103,7 +103,7 @@ fn surface(file: &str) -> Surface {
 
 /// Trains by a preset; prints the losses on the way, wall and processor seconds, and the share of seam vertices.
 fn time_training(surface: &Surface, preset: &str, path: Path, pool: &Pool) -> Result<(), Box<dyn Error>> {
-    let settings = TrainSettings::preset(preset).ok_or("--train: draft, standard or paper")?;
+    let settings = (preset == "paper").then_some(TrainSettings::PAPER).ok_or("--train: paper")?;
     let narrow = |x: &[f64]| x.iter().map(|x| *x as f32).collect::<Vec<f32>>();
     let (positions, normals) = (narrow(&surface.positions), narrow(&surface.normals));
     let exposure = narrow(&surface.exposure);
@@ -112,14 +112,7 @@ fn time_training(surface: &Surface, preset: &str, path: Path, pool: &Pool) -> Re
     let (mut q, mut scores) = (vec![0.0; 2 * count], vec![0.0; count]);
     let (mut weights, mut curve) = (vec![0.0; settings.widths.parameter_count()], vec![Sample::default(); 5]);
     let output = TrainOutput { q: &mut q, scores: &mut scores, weights: &mut weights, curve: &mut curve };
-    let input = TrainInput {
-        positions: &positions,
-        normals: &normals,
-        faces: &surface.faces,
-        smooth: &surface.faces,
-        target: &[],
-        exposure: &exposure,
-    };
+    let input = TrainInput { positions: &positions, normals: &normals, faces: &surface.faces, exposure: &exposure };
     let start = (Instant::now(), cpu_seconds());
     let summary = train(output, input, &settings, path, pool, &mut Unwatched, &mut Scratch::new(&mut bytes))?;
     for sample in &curve {
