@@ -106,13 +106,20 @@ fn parse(bytes: &[u8]) -> Result<FitTrainer, String> {
         *to = f16::from_le_bytes(pod_read_unaligned(from)).to_f32();
     }
     let (cuts, rest) = rest.split_at(corners.div_ceil(8));
+    let unused = 8 * cuts.len() - corners;
+    if cuts.last().is_some_and(|last| last.leading_zeros() < unused as u32) {
+        return Err("damaged: cuts beyond the last half-edge; write it anew".into());
+    }
     trainer.cut = (0..corners).map(|c| cuts[c / 8] >> (c % 8) & 1).collect();
     trainer.corrected = vec![DVec2::NAN; corners];
+    let mut least = 0; // corners ascend
     for correction in rest.chunks_exact(CORRECTION) {
         let corner = u32::from_le_bytes(pod_read_unaligned(&correction[..4])) as usize;
         let uv = [4, 12].map(|at| f64::from_le_bytes(pod_read_unaligned(&correction[at..at + 8])));
         match trainer.corrected.get_mut(corner) {
-            Some(to) if uv.iter().all(|x| x.is_finite()) => *to = DVec2::from(uv),
+            Some(to) if corner >= least && uv.iter().all(|x| x.is_finite()) => {
+                (*to, least) = (DVec2::from(uv), corner + 1);
+            }
             _ => return Err("damaged: a correction that belongs nowhere; write it anew".into()),
         }
     }
