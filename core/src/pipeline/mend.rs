@@ -59,6 +59,9 @@ pub(super) fn mend(x: &mut [DVec2], mending: &Mending, mut scratch: Scratch) -> 
                     mending.relax_near(x, ring, rings, STEP, scratch.frame())?;
                 }
             }
+            if mending.mean(x) > mending.bound {
+                x.copy_from(given);
+            }
         } else if mending.overlapping(is_bad, x, scratch.frame())? > 0 {
             spread(ring, is_bad, charts, rings);
             lead_back(x, given, ring, rings);
@@ -72,6 +75,9 @@ pub(super) fn mend(x: &mut [DVec2], mending: &Mending, mut scratch: Scratch) -> 
     mending.give_back(x, is_bad);
     mending.overlapping(is_bad, x, scratch.frame())?;
     mending.give_back(x, is_bad);
+    if mending.mean(x) > mending.bound {
+        x.copy_from(given);
+    }
     Ok(())
 }
 
