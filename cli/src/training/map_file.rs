@@ -1,6 +1,6 @@
 //! A learned map in a file: little-endian on every machine, a checksum at the end.
 //!
-//! Layout: `Header`; the weights (f16, in the order of `core::learn::chart_net::NAMES`, each layer's matrix (outputs, inputs) before its
+//! Layout: `Header`; the weights (f16, in the order of core's `ChartNet::layers`, each layer's matrix (outputs, inputs) before its
 //! bias); the cuts, a bit for each half-edge of the working mesh, lowest first; the corrections (corner as u32, its UV as two f64); the
 //! FNV-1a hash (u64) of all bytes before it. Whatever is not exactly that is refused.
 

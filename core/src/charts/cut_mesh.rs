@@ -47,17 +47,16 @@ impl<'a> CutMesh<'a> {
             faces[count] = f as u32;
             count += 1;
         }
-        let faces = &mut faces[..count];
         // Charts are numbered by their lowest face, so the order of numbers is theirs.
-        sort::by_key(faces, |f| (chart[*f as usize], *f));
-        let charts =
-            (0..count).filter(|i| *i == 0 || chart[faces[*i] as usize] != chart[faces[*i - 1] as usize]).count();
+        sort::by_key(&mut faces[..count], |f| (chart[*f as usize], *f));
+        let faces = &faces[..count];
+        let is_first = |i: usize| i == 0 || chart[faces[i] as usize] != chart[faces[i - 1] as usize];
+        let charts = (0..count).filter(|i| is_first(*i)).count();
         let (face_start, node_start) = (keep.take::<u32>(charts + 1)?, keep.take::<u32>(charts + 1)?);
         let corner = keep.take::<u32>(3 * count)?;
         let (mut nodes, mut k) = (0, 0);
-        for i in 0..count {
-            let f = faces[i];
-            if i == 0 || chart[f as usize] != chart[faces[i - 1] as usize] {
+        for (i, &f) in faces.iter().enumerate() {
+            if is_first(i) {
                 (face_start[k], node_start[k]) = (i as u32, nodes);
                 k += 1;
             }

@@ -58,9 +58,14 @@ impl Widths {
 
     /// Number of all weights and biases: the length of a trained map.
     pub fn parameter_count(self) -> usize {
-        let sizes = self.layers().map(|(inputs, outputs)| (inputs.saturating_add(1)).saturating_mul(outputs));
-        sizes.into_iter().fold(0, usize::saturating_add)
+        parameter_count(&self.layers())
     }
+}
+
+/// Number of weights and biases of `layers` (inputs, outputs).
+pub fn parameter_count(layers: &[(usize, usize)]) -> usize {
+    let sizes = layers.iter().map(|(inputs, outputs)| (inputs.saturating_add(1)).saturating_mul(*outputs));
+    sizes.fold(0, usize::saturating_add)
 }
 
 /// Fills weights and biases of `layers` (inputs, outputs) uniformly in +-1/sqrt(inputs), from the seed.

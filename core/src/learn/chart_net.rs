@@ -4,7 +4,7 @@
 //! its features say on which side it is. q = Unwrap(x + Cut(x)), x the features, Cut and Unwrap as published
 //! ([`super::backbone`]) but for the width of what goes in.
 
-use super::backbone::Widths;
+use super::backbone::{Widths, parameter_count};
 use super::kernels::path::Path;
 use super::tape::affine::Activation;
 use super::tape::operation::Replay;
@@ -16,18 +16,6 @@ use crate::base::workers::Workers;
 
 /// Layers of both networks.
 pub const LAYERS: usize = 9;
-/// Names of the layers; their parameters are `NAME.weight` and `NAME.bias`.
-pub const NAMES: [&str; LAYERS] = [
-    "cut.encode.0",
-    "cut.encode.1",
-    "cut.encode.2",
-    "cut.decode.0",
-    "cut.decode.1",
-    "cut.decode.2",
-    "unwrap.0",
-    "unwrap.1",
-    "unwrap.2",
-];
 /// Nodes that are evaluated at a time.
 const CHUNK: usize = 512;
 
@@ -41,7 +29,7 @@ pub struct ChartNet {
 }
 
 impl ChartNet {
-    /// (inputs, outputs) of each layer.
+    /// (inputs, outputs) of each layer: three that encode and three that decode the cut, three that unwrap.
     pub fn layers(self) -> [(usize, usize); LAYERS] {
         let (Widths { hidden: h, code: c }, d) = (self.widths, self.features);
         [(d, h), (h, h), (h, c), (c + d, h), (h, h), (h, d), (d, h), (h, h), (h, 2)]
@@ -49,8 +37,7 @@ impl ChartNet {
 
     /// Number of all weights and biases.
     pub fn parameter_count(self) -> usize {
-        let sizes = self.layers().map(|(inputs, outputs)| (inputs.saturating_add(1)).saturating_mul(outputs));
-        sizes.into_iter().fold(0, usize::saturating_add)
+        parameter_count(&self.layers())
     }
 
     /// Records the parameters, for each layer its weight (outputs, inputs) and then its bias; on an empty tape they are the first

@@ -1,7 +1,6 @@
 //! A map of a cut surface that is to be learned, or was: how, where it is kept, and what came of it.
 
 use super::report::UnwrapError;
-use crate::base::scratch::bytes_for;
 use crate::learn::chart_net::ChartNet;
 use crate::learn::fit::{FitSample, FitSettings};
 use crate::solve::modes::MODES;
@@ -56,11 +55,6 @@ impl Fitting<'_> {
             None => Ok(()),
         }
     }
-}
-
-/// Bytes that the lists of a map of `triangles` triangles take.
-pub const fn map_need(triangles: usize) -> usize {
-    bytes_for::<u8>(3 * triangles) + bytes_for::<DVec2>(3 * triangles)
 }
 
 /// What was learned.

@@ -20,7 +20,7 @@ use crate::charts::cut_mesh::{CutMesh, cut_mesh_need};
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
 use crate::judge::distortion::{Sound, distortion, distortion_need};
-use crate::judge::input::{Areas, UvMesh};
+use crate::judge::input::{UvMesh, areas};
 use crate::learn::chart_net::ChartNet;
 use crate::learn::fit::{Fit, FitSettings, TERM_NAMES, fit_need};
 use crate::learn::kernels::path::Path;
@@ -217,15 +217,10 @@ fn write_given(uv: &mut [DVec2], x: &[DVec2], slot: &[u32], charts: &CutMesh, fi
     for (c, at) in slot.iter().enumerate().filter(|(_, at)| **at != NONE) {
         let (corrected, node) = (fitting.map.corrected[c], charts.node[c]);
         // A corner that has neither belongs to another mesh.
-        uv[*at as usize] = match node {
-            node if !corrected.is_nan() || node == NONE => {
-                if corrected.is_finite() {
-                    corrected
-                } else {
-                    DVec2::ZERO
-                }
-            }
-            node => x[node as usize],
+        uv[*at as usize] = match corrected.is_finite() {
+            true => corrected,
+            false if corrected.is_nan() && node != NONE => x[node as usize],
+            false => DVec2::ZERO,
         };
     }
 }
@@ -249,19 +244,14 @@ fn own_figures(
 ) -> Result<OwnFigures, ScratchTooSmall> {
     let faces = working.faces.len();
     let corner_uv = scratch.take_filled::<[DVec2; 3]>(faces, [DVec2::NAN; 3])?;
-    let (solid, flat) = (scratch.take::<f64>(faces)?, scratch.take::<f64>(faces)?);
     for f in charts.faces {
-        let corners = charts.nodes_at(*f).map(|node| x[node as usize]);
-        let f = *f as usize;
-        corner_uv[f] = corners;
-        solid[f] = 0.5 * working.mesh().area_vector(f).length();
-        flat[f] = 0.5 * (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
+        corner_uv[*f as usize] = charts.nodes_at(*f).map(|node| x[node as usize]);
     }
     let mesh = UvMesh { positions: working.positions, triangles: working.faces, corner_uv };
-    let areas = Areas { solid, uv: flat };
+    let areas = areas(mesh, &mut scratch)?;
     let sound = Sound::of(mesh, areas, mesh.uv_box().map_or(1.0, |uv_box| uv_box.extent()));
     let figures = distortion(mesh, areas, sound, scratch)?;
-    let is_flipped = |f: &&u32| flat[**f as usize] <= 0.0 && solid[**f as usize] > sound.solid_floor;
+    let is_flipped = |f: &&u32| areas.uv[**f as usize] <= 0.0 && areas.solid[**f as usize] > sound.solid_floor;
     Ok(OwnFigures {
         distortion: figures.symmetric_dirichlet_finite / 4.0,
         conformality: figures.conformality(),

@@ -2,6 +2,7 @@
 
 use super::fitting::MOST_CHARTS;
 use crate::base::random::hash;
+use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::base::sort;
@@ -24,6 +25,8 @@ use glam::{DVec2, DVec3};
 const PLACE: f64 = 4.0;
 const NUMBER: f32 = 2.0;
 const MODE: f32 = 2.0;
+/// Least size of a chart over the largest by which its modes are scaled.
+const LEAST_SIZE: f32 = 0.01;
 /// Share of a face's weight that is the same for all faces; the rest is its area.
 const EVEN: f64 = 0.1;
 /// Faces that are looked at together.
@@ -88,8 +91,7 @@ pub(super) fn write_features(
             *triangle = charts.nodes_at(*f).map(|node| node - nodes.start as u32);
             *rest = Rest::new(triangle.map(|i| at[i as usize]), MOLLIFY);
         }
-        let area: f64 = rest.iter().map(|r| r.area).sum();
-        let size = MODE * (crate::base::real::sqrt(area / most) as f32).max(0.01);
+        let size = MODE * (sqrt(area(k) / most) as f32).max(LEAST_SIZE);
         let waves = frame.take::<f32>(MODES * nodes.len())?;
         let piece = Piece { triangles, rest, free: nodes.len(), at, springs: &[], walls: &[] };
         modes(waves, &piece, frame.frame(), workers)?;

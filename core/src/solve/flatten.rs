@@ -152,7 +152,7 @@ pub fn weld(
 
 /// Springs along the edges of all triangles, three each; `weight` takes a triangle's nodes, and the places in it of an edge's ends
 /// and of the node across.
-fn edge_springs<'s>(
+pub(super) fn edge_springs<'s>(
     piece: &Piece,
     keep: &mut Scratch<'s>,
     weight: impl Fn([u32; 3], [usize; 3]) -> f64,

@@ -6,7 +6,7 @@
 //! their neighbours, smooth as well.
 //! Cost: [`ROUNDS`] x [`BLOCK`] / 2 solves with one factor. The bits are the same for any [`Workers`].
 
-use super::flatten::cotangent;
+use super::flatten::{cotangent, edge_springs};
 use super::piece::{Piece, Spring};
 use super::sparse::front_matrix::FrontMatrix;
 use super::symmetric::diagonalise;
@@ -60,16 +60,11 @@ pub fn modes(
     }
     // Nodes of faces without area weigh next to nothing, but not nothing.
     mass.iter_mut().for_each(|m| *m = m.max(1e-12 * area));
-    let springs = scratch.take::<Spring>(3 * piece.triangles.len())?;
-    for (three, t) in springs.as_chunks_mut::<3>().0.iter_mut().zip(piece.triangles) {
-        let at = |i: usize| piece.at[t[i] as usize];
-        for i in 0..3 {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            // Half a cotangent a side of the edge, and a spring's energy counts twice.
-            let weight = 0.25 * cotangent(at(i) - at(k), at(j) - at(k), COTANGENT);
-            three[i] = Spring { a: t[i], b: t[j], weight };
-        }
-    }
+    let at = |i: u32| piece.at[i as usize];
+    // Half a cotangent a side of the edge, and a spring's energy counts twice.
+    let weight =
+        |t: [u32; 3], [i, j, k]: [usize; 3]| 0.25 * cotangent(at(t[i]) - at(t[k]), at(t[j]) - at(t[k]), COTANGENT);
+    let springs = edge_springs(piece, &mut scratch, weight)?;
     let count = BLOCK.min(n - 1);
     let block = scratch.take::<f64>(count * n)?; // a vector after the other
     for (k, x) in block.rows_mut(n).enumerate() {
