@@ -12,6 +12,7 @@ pub mod mirror;
 pub mod patch;
 pub mod paths;
 pub mod pieces;
+pub mod quads;
 pub mod seams;
 pub mod strip;
 pub mod surface;

@@ -4,6 +4,7 @@
 //! cost a hundred times as much. Where a chart is no larger than the patch, all of it moves.
 //! Guarantee: no face flips. Cost: a pass over the corners, and the relaxation of the patch.
 
+use super::quads::{diagonal, quads_of};
 use super::surface::Surface;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
@@ -11,7 +12,9 @@ use crate::base::workers::Workers;
 use crate::mesh::view::NONE;
 use crate::solve::energy::Rest;
 use crate::solve::piece::{Piece, Stop};
-use crate::solve::relax::{relax, relax_need};
+use crate::solve::quad::Quad;
+use crate::solve::quads::{quads_need, relax_quads};
+use crate::solve::relax::relax_need;
 use glam::{DVec2, DVec3};
 
 /// Faces of a patch at the most: some 100 rings around one face.
@@ -24,7 +27,8 @@ pub fn patch_need(faces: usize) -> usize {
     let patch = faces.min(FACES);
     // In one chart a patch has about half as many nodes as faces; of slivers it has up to three times as many.
     let own = bytes_for::<[u32; 3]>(patch) + bytes_for::<Rest>(patch) + 2 * bytes_for::<DVec2>(3 * patch);
-    bytes_for::<u32>(faces) + bytes_for::<u32>(3 * faces) + own + relax_need(patch + 2, patch, 0)
+    let quads = bytes_for::<Quad>(patch / 2) + quads_need(patch);
+    bytes_for::<u32>(faces) + bytes_for::<u32>(3 * faces) + own + quads + relax_need(patch + 2, 2 * patch, 0)
 }
 
 /// Relaxes the faces around those marked in `seeds` ([`SEEDS`] at the most); marks all faces of the patch.
@@ -63,7 +67,8 @@ pub fn relax_patch(
         (0..3).for_each(|i| x[t[i] as usize] = uv[3 * *f as usize + i]);
     }
     let at: &[DVec3] = &[];
-    relax(x, &Piece { triangles, rest, free, at, springs: &[], walls: &[] }, stop, scratch, workers)?;
+    let quads = quads_of(faces, triangles, surface, cut, &mut scratch)?;
+    relax_quads(x, &Piece { triangles, rest, free, at, springs: &[], walls: &[] }, quads, stop, scratch, workers)?;
     for (t, f) in triangles.iter().zip(faces) {
         (0..3).for_each(|i| uv[3 * *f as usize + i] = x[t[i] as usize]);
     }
@@ -94,6 +99,16 @@ fn grow<'a>(
                 queue[tail] = t / 3;
                 tail += 1;
             }
+        }
+    }
+    // Quads as a whole.
+    for k in 0..tail {
+        let Some(t) = diagonal(queue[k], surface).and_then(|c| surface.across(cut, c)) else { continue };
+        let seed = &mut seeds[(t / 3) as usize];
+        if *seed == 0 {
+            *seed = 1;
+            queue[tail] = t / 3;
+            tail += 1;
         }
     }
     let faces = &mut queue[..tail];

@@ -5,6 +5,7 @@
 //! alone.
 
 use super::list::ChartList;
+use super::quads::quads_of;
 use super::strip::lay;
 use super::surface::Surface;
 use crate::base::room::Room;
@@ -15,6 +16,8 @@ use crate::solve::energy::Rest;
 use crate::solve::flatten::{tutte, unfold, weld};
 use crate::solve::levels::{LEVELS_FROM, flatten_by_levels};
 use crate::solve::piece::{Piece, Stop};
+use crate::solve::quad::Quad;
+use crate::solve::quads::{quads_need, relax_quads};
 use crate::solve::relax::{Relaxation, relax, relax_need};
 use glam::{DVec2, DVec3};
 
@@ -50,6 +53,7 @@ struct ChartJob<'j> {
     walls: &'j [[u32; 2]],   // those that are kept apart: all or none
     beside: &'j [[u32; 3]],  // neighbours of each triangle, where there are no inner nodes
     sides: &'j [[DVec2; 3]], // how each triangle lies, where its neighbours may lie apart
+    quads: &'j [Quad],       // those that are convex in space
     scratch: Option<Scratch<'j>>,
     result: Result<Relaxation, ScratchTooSmall>,
 }
@@ -136,7 +140,9 @@ pub fn job_need(faces: usize) -> usize {
         + bytes_for::<[u32; 3]>(faces)
         + bytes_for::<[u32; 2]>(nodes)
         + bytes_for::<[DVec2; 3]>(faces)
-        + relax_need(nodes, faces, 3 * faces)
+        + bytes_for::<Quad>(faces / 2)
+        + quads_need(faces)
+        + relax_need(nodes, 2 * faces, 3 * faces)
 }
 
 #[allow(clippy::too_many_arguments)]
@@ -203,6 +209,7 @@ fn take_out<'j>(
     for (s, f) in sides.iter_mut().zip(faces) {
         *s = [0, 1, 2].map(|i| uv[3 * *f as usize + i]);
     }
+    let quads = quads_of(faces, triangles, surface, cut, scratch)?;
     Ok(ChartJob {
         faces,
         triangles,
@@ -214,6 +221,7 @@ fn take_out<'j>(
         walls,
         beside,
         sides,
+        quads,
         scratch: None,
         result: Ok(Relaxation::default()),
     })
@@ -242,17 +250,17 @@ impl ChartJob<'_> {
     }
 
     fn done(&mut self, work: Work, mut scratch: Scratch, workers: &dyn Workers) -> Result<Relaxation, ScratchTooSmall> {
-        let Self { triangles, rest, at, walls, .. } = self;
+        let Self { triangles, rest, at, walls, quads, .. } = self;
         let piece = Piece { triangles, rest, free: self.x.len(), at, springs: &[], walls };
         match work {
-            Work::Relax(stop) => relax(self.x, &piece, stop, scratch, workers),
+            Work::Relax(stop) => relax_quads(self.x, &piece, quads, stop, scratch, workers),
             Work::Rectangle(stop) => {
                 lay(self.x, &piece, self.inner, self.border, stop, scratch.frame(), workers)?;
                 relax(self.x, &piece, Stop { steps: 0, tolerance: 0.0 }, scratch, workers)
             }
             Work::Weld(stop) => {
                 weld(self.x, &piece, self.sides, scratch.frame(), workers)?;
-                relax(self.x, &piece, stop, scratch, workers)
+                relax_quads(self.x, &piece, quads, stop, scratch, workers)
             }
             Work::Flatten(_) if self.inner == 0 => {
                 unfold(self.x, &piece, self.beside, scratch.frame())?;
@@ -263,11 +271,11 @@ impl ChartJob<'_> {
                     && walls.is_empty()
                     && flatten_by_levels(self.x, &piece, self.inner, scratch.frame(), workers)? =>
             {
-                relax(self.x, &piece, stop, scratch, workers)
+                relax_quads(self.x, &piece, quads, stop, scratch, workers)
             }
             Work::Flatten(stop) => {
                 tutte(self.x, &piece, self.inner, self.border, scratch.frame(), workers)?;
-                relax(self.x, &piece, stop, scratch, workers)
+                relax_quads(self.x, &piece, quads, stop, scratch, workers)
             }
         }
     }
