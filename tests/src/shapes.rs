@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use seamwright::mesh::polygons::Mesh;
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 /// A mesh of `positions` and polygons, without UV.
@@ -25,6 +26,36 @@ pub fn cube() -> Mesh {
 fn lattice(columns: u32, rows: u32, vertex: impl Fn(u32, u32) -> u32) -> Vec<Vec<u32>> {
     let cells = (0..rows).flat_map(|r| (0..columns).map(move |c| (c, r)));
     cells.map(|(c, r)| vec![vertex(c, r), vertex(c + 1, r), vertex(c + 1, r + 1), vertex(c, r + 1)]).collect()
+}
+
+/// A lump of 96 quads, coarse and far from flat as control meshes are; each `phase` has dents elsewhere.
+pub fn lump(phase: f64) -> Mesh {
+    const CELLS: u32 = 4;
+    let point = |p: [u32; 3]| {
+        let d = DVec3::from(p.map(|i| f64::from(2 * i) / f64::from(CELLS) - 1.0)).normalize();
+        let waves = (3.0 * d.x + phase).sin() * (2.5 * d.y - phase).cos() + (4.0 * d.z + 2.0 * phase).sin();
+        d * (1.0 + 0.35 * waves) * DVec3::new(1.0, 0.7, 1.4)
+    };
+    let (mut positions, mut seen) = (vec![], HashMap::new());
+    let mut polygons = vec![];
+    for (axis, level) in (0..3).flat_map(|a| [(a, 0), (a, CELLS)]) {
+        let mut vertex = |a: u32, b: u32| {
+            let mut p = [level; 3];
+            (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (a, b);
+            *seen.entry(p).or_insert_with(|| {
+                positions.push(point(p));
+                positions.len() as u32 - 1
+            })
+        };
+        for (a, b) in (0..CELLS).flat_map(|a| (0..CELLS).map(move |b| (a, b))) {
+            let mut quad = vec![vertex(a, b), vertex(a + 1, b), vertex(a + 1, b + 1), vertex(a, b + 1)];
+            if level == 0 {
+                quad.reverse();
+            }
+            polygons.push(quad);
+        }
+    }
+    mesh(positions, &polygons)
 }
 
 /// A sphere of quads with triangles at its poles.

@@ -24,7 +24,8 @@ pub const SEEDS: usize = FACES / 4;
 
 /// Scratch bytes for [`relax_patch`].
 pub fn patch_need(faces: usize) -> usize {
-    let patch = faces.min(FACES);
+    // The faces of the last ring have their quads' other halves with them.
+    let patch = faces.min(2 * FACES + 4);
     // In one chart a patch has about half as many nodes as faces; of slivers it has up to three times as many.
     let own = bytes_for::<[u32; 3]>(patch) + bytes_for::<Rest>(patch) + 2 * bytes_for::<DVec2>(3 * patch);
     let quads = bytes_for::<Quad>(patch / 2) + quads_need(patch);
@@ -75,7 +76,7 @@ pub fn relax_patch(
     Ok(())
 }
 
-/// Adds rings of faces to the marked ones until there are [`FACES`]; lists them in order.
+/// Adds rings of faces to the marked ones until there are [`FACES`], and the other halves of quads; lists them in order.
 fn grow<'a>(
     cut: &[u8],
     seeds: &mut [u8],
@@ -102,7 +103,8 @@ fn grow<'a>(
         }
     }
     // Quads as a whole.
-    for k in 0..tail {
+    let grown = tail;
+    for k in 0..grown {
         let Some(t) = diagonal(queue[k], surface).and_then(|c| surface.across(cut, c)) else { continue };
         let seed = &mut seeds[(t / 3) as usize];
         if *seed == 0 {

@@ -2,7 +2,7 @@
 //!
 //! What the search leaves of a strip is bent by what little distortion that spares, and nobody can lay a straight texture on it.
 //! Charts with four corners (`charts::strip`) and a side that is not straight are laid on rectangles; each stays one as long as the
-//! piece's mean stays within the bound and no face is above the cap. Flat faces of the object keep their shape.
+//! piece's mean stays within the bound and no face is above the cap, on either diagonal of a quad. Flat faces of the object keep their shape.
 //! Guarantee: cuts stay, no chart is flipped, and no bound that held is broken.
 
 use crate::base::scratch::{Scratch, ScratchTooSmall};
@@ -10,11 +10,13 @@ use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::charts::list::ChartList;
 use crate::charts::pieces::Pieces;
+use crate::charts::quads::quads_of;
 use crate::charts::strip::{bend, corners};
 use crate::charts::surface::Surface;
 use crate::charts::work::{Work, work_on};
 use crate::solve::bound::{distortion, flat_area, most_distorted};
 use crate::solve::piece::Stop;
+use crate::solve::quad::Quad;
 use glam::{DVec2, DVec3};
 
 /// A side that is straighter than this, over its length, needs nothing.
@@ -50,9 +52,11 @@ pub fn straighten_strips(
         }
         let laid = frame.take::<DVec2>(uv.len())?;
         laid.copy_from(uv);
-        work_on(laid, &surface, cut, &charts, |k| wanted[k] != 0, Work::Rectangle(STOP), frame, workers)?;
+        work_on(laid, &surface, cut, &charts, |k| wanted[k] != 0, Work::Rectangle(STOP), frame.frame(), workers)?;
         for k in (0..charts.count()).filter(|k| wanted[*k] != 0) {
-            count += usize::from(accept(uv, laid, charts.faces_of(k), &surface, bound));
+            let faces = charts.faces_of(k);
+            let bends = bends_quads(uv, laid, faces, cut, &surface, bound, frame.frame())?;
+            count += usize::from(!bends && accept(uv, laid, faces, &surface, bound));
         }
     }
     Ok(count)
@@ -92,6 +96,27 @@ fn is_flat(faces: &[u32], surface: &Surface) -> bool {
         let along = n.dot(mean);
         along > 0.0 && along * along >= FLAT * FLAT * n.length_squared() || n == DVec3::ZERO
     })
+}
+
+/// Whether the other diagonal of a quad has a triangle above the cap in the rectangle alone, as where a side that is straight now
+/// holds three corners of the quad.
+fn bends_quads(
+    uv: &[DVec2],
+    laid: &[DVec2],
+    faces: &[u32],
+    cut: &[u8],
+    surface: &Surface,
+    bound: f64,
+    mut scratch: Scratch,
+) -> Result<bool, ScratchTooSmall> {
+    let triangles = scratch.take::<[u32; 3]>(faces.len())?;
+    triangles.iter_mut().zip(faces).for_each(|(t, f)| *t = [3 * f, 3 * f + 1, 3 * f + 2]);
+    let most = 4.0 * most_distorted(bound);
+    let is_fine = |quad: &Quad, x: &[DVec2]| {
+        quad.across().into_iter().zip(quad.rest).all(|(t, rest)| rest.energy(t.map(|c| x[c as usize])) <= most)
+    };
+    let quads = quads_of(faces, triangles, surface, cut, &mut scratch)?;
+    Ok(quads.iter().any(|q| is_fine(q, uv) && !is_fine(q, laid)))
 }
 
 /// Puts a chart's rectangle in place, if the piece is within the bound with it or no worse than before.

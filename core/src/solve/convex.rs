@@ -27,7 +27,7 @@ pub fn open_quads(x: &mut [DVec2], piece: &Piece, quads: &[Quad], mut scratch: S
     let sides = 3 * piece.triangles.len();
     let triangle_at = |i: u32| Some(piece.triangles[i as usize / 3][i as usize % 3]);
     let quad_at = |i: u32| Some(quads[i as usize / 4].nodes[i as usize % 4]);
-    let around = Around {
+    let around = Incidence {
         piece,
         quads,
         triangles: Buckets::new(x.len(), sides, triangle_at, &mut scratch)?,
@@ -48,14 +48,14 @@ pub fn open_quads(x: &mut [DVec2], piece: &Piece, quads: &[Quad], mut scratch: S
 }
 
 /// What is around each node.
-struct Around<'r> {
+struct Incidence<'r> {
     piece: &'r Piece<'r>,
     quads: &'r [Quad],
     triangles: Buckets<'r>,
     of_quads: Buckets<'r>,
 }
 
-impl Around<'_> {
+impl Incidence<'_> {
     /// Moves the corners of a triangle on the other diagonal of a quad so that it is upright; whether that could be.
     fn open(&self, x: &mut [DVec2], (nodes, area): ([u32; 3], f64)) -> bool {
         let at = nodes.map(|n| x[n as usize]);
