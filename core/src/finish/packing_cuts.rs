@@ -11,15 +11,17 @@
 
 use super::place::{Placing, pack_now};
 use crate::base::real::sqrt;
+use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::base::sort;
-use crate::base::workers::Workers;
+use crate::base::workers::{Workers, for_each_chunk};
 use crate::charts::list::ChartList;
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
 use crate::charts::wedge_paths::WedgePaths;
 use crate::mesh::view::{NONE, next};
+use crate::pack::layout::pack_need;
 use crate::plane::crowding::{Crowd, Outline, PLACES};
 use crate::price::cost::{FILL_WORTH, FORBIDDEN};
 use crate::price::turn::angle;
@@ -47,6 +49,10 @@ const CUTS: usize = 3;
 const MOST_CHARTS: f64 = 32.0;
 /// Packing effort of a trial over that of the atlas.
 const EFFORT: f64 = 0.03;
+/// Bytes that trials side by side may take: more of them end sooner where there are threads for them.
+const BESIDE: usize = 1 << 26;
+/// Bytes a corner that a trial takes beside packing, about.
+const TRIAL: usize = 32;
 
 /// A cut that may be made: the cheapest path between two places on the border of a chart.
 #[repr(C)]
@@ -73,20 +79,18 @@ pub fn cut_to_pack(
         if candidates.is_empty() {
             return Ok(made);
         }
-        let now = match fill {
-            Some(fill) => fill,
-            None => pack_now(uv, cut, placing, EFFORT, scratch.frame(), workers)?,
-        };
+        let mut trials = PackingTrials::new();
+        if fill.is_none() {
+            trials.put((None, 0.0));
+        }
+        candidates.iter().take(TRIED).for_each(|c| trials.put((Some(*c), 0.0)));
+        try_all(&mut trials, uv, cut, placing, scratch.frame(), workers)?;
+        let now = fill.unwrap_or(trials[0].1);
         let mut best: Option<(f64, PackingCut, f64)> = None;
-        for c in candidates.iter().take(TRIED) {
-            let mut frame = scratch.frame();
-            let trial = frame.take::<u8>(cut.len())?;
-            trial.copy_from(cut);
-            make(trial, c, placing, frame.frame())?;
-            let filled = pack_now(uv, trial, placing, EFFORT, frame, workers)?;
+        for (c, filled) in trials.into_iter().filter_map(|(c, filled)| Some((c?, filled))) {
             let value = FILL_WORTH * (filled - now) - c.cost;
             if value > best.map_or(0.0, |b| b.0) {
-                best = Some((value, *c, filled));
+                best = Some((value, c, filled));
             }
         }
         let Some((_, c, filled)) = best else { return Ok(made) };
@@ -94,6 +98,82 @@ pub fn cut_to_pack(
         fill = Some(filled);
     }
     Ok(CUTS)
+}
+
+/// Cuts to be tried, or none for the charts as they are, and what is filled with each.
+type PackingTrials = heapless::Vec<(Option<PackingCut>, f64), { TRIED + 1 }>;
+
+/// A trial that runs beside others.
+struct PackingJob<'j> {
+    trial: &'j mut (Option<PackingCut>, f64),
+    scratch: Option<Scratch<'j>>,
+    done: Result<(), ScratchTooSmall>,
+}
+
+/// Packs with each of the cuts, side by side where the memory allows that.
+fn try_all(
+    trials: &mut PackingTrials,
+    uv: &[DVec2],
+    cut: &[u8],
+    placing: &Placing,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), ScratchTooSmall> {
+    let need = pack_need(cut.len() / 3, MOST_CHARTS as usize, &placing.packing) + TRIAL * cut.len();
+    let mut beside = (BESIDE.min(scratch.remaining()) / need.max(1)).min(trials.len());
+    loop {
+        match try_beside(trials, beside, uv, cut, placing, scratch.frame(), workers) {
+            // What was foreseen was not enough: one by one it may be.
+            Err(e) if beside > 1 && !e.is_alarm() => beside = 1,
+            done => return done,
+        }
+    }
+}
+
+/// So many trials side by side, then as many of the others.
+fn try_beside(
+    trials: &mut PackingTrials,
+    beside: usize,
+    uv: &[DVec2],
+    cut: &[u8],
+    placing: &Placing,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), ScratchTooSmall> {
+    for trials in trials.chunks_mut(beside.max(1)) {
+        let mut frame = scratch.frame();
+        let share = frame.remaining() / trials.len().max(1);
+        let mut jobs = heapless::Vec::<PackingJob, { TRIED + 1 }>::new();
+        for trial in trials {
+            jobs.put(PackingJob { trial, scratch: Some(frame.split(share)?), done: Ok(()) });
+        }
+        for_each_chunk(workers, &mut jobs, 1, &|_, jobs| {
+            for PackingJob { trial: (c, filled), scratch, done } in jobs {
+                *done = scratch
+                    .take()
+                    .map_or(Ok(0.0), |s| fill_with(c.as_ref(), uv, cut, placing, s, workers))
+                    .map(|f| *filled = f);
+            }
+        });
+        jobs.into_iter().try_for_each(|job| job.done)?;
+    }
+    Ok(())
+}
+
+/// Share of the square that is filled with one more cut, or as it is.
+fn fill_with(
+    c: Option<&PackingCut>,
+    uv: &[DVec2],
+    cut: &[u8],
+    placing: &Placing,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<f64, ScratchTooSmall> {
+    let Some(c) = c else { return pack_now(uv, cut, placing, EFFORT, scratch, workers) };
+    let trial = scratch.take::<u8>(cut.len())?;
+    trial.copy_from(cut);
+    make(trial, c, placing, scratch.frame())?;
+    pack_now(uv, trial, placing, EFFORT, scratch, workers)
 }
 
 /// Makes a cut, on all pieces that are alike.
