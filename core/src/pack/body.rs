@@ -57,12 +57,10 @@ impl Encounter<'_> {
         let motion = FieldMotion { turn: back.rotate(body_a.turn), shift: back.rotate(body_a.at - body_b.at) };
         let (mut sum, mut work) = (0.0, 4);
         for top in fields.tops_of(a) {
-            let near = fields.near::<E>(b, top, &motion, gap);
-            for i in 0..top.count {
-                work += 1;
-                if near >> i & 1 == 0 {
-                    continue;
-                }
+            let mut near = fields.near::<E>(b, top, &motion, gap);
+            while near != 0 {
+                let i = near.trailing_zeros();
+                near &= near - 1;
                 let group = &fields.groups[(top.first + i) as usize];
                 work += group.count;
                 let mut left = fields.near::<E>(b, group, &motion, gap);
@@ -73,9 +71,10 @@ impl Encounter<'_> {
                     left &= left - 1;
                 }
                 if sum > limit {
-                    return (sum, work);
+                    return (sum, work + i + 1);
                 }
             }
+            work += top.count;
         }
         (sum, work)
     }

@@ -74,9 +74,9 @@ impl Circles {
 }
 
 /// A circle around points.
-fn around(points: &[Vec2]) -> (Vec2, f32) {
-    let centre = middle(points.iter().copied());
-    (centre, points.iter().map(|p| p.distance(centre)).fold(1e-6, f32::max) * (1.0 + 1e-6))
+fn around(points: impl Iterator<Item = Vec2> + Clone) -> (Vec2, f32) {
+    let centre = middle(points.clone());
+    (centre, points.map(|p| p.distance(centre)).fold(1e-6, f32::max) * (1.0 + 1e-6))
 }
 
 /// Middle of the box around points.
@@ -100,6 +100,9 @@ pub(super) struct FieldShape {
     pub radius: f32,
 }
 
+/// Room for [`NODES`] and one behind them: cells are then found without a look at their number.
+type Nodes = [[f32; 2]; NODES + 1];
+
 /// The fields and points of all charts.
 #[derive(Clone, Copy)]
 pub(super) struct Fields<'a> {
@@ -109,9 +112,11 @@ pub(super) struct Fields<'a> {
     /// Circles around runs.
     pub groups: &'a [Circles],
     pub runs: &'a [PointRun],
-    points: &'a [Vec2], // and RUN more, that runs can be read whole
+    /// Where the points are, and RUN more, that runs can be read whole.
+    x: &'a [f32],
+    y: &'a [f32],
     /// Signed distance at a node and at the one above it: so a cell is four numbers side by side.
-    nodes: &'a [[f32; 2]],
+    nodes: &'a Nodes,
     /// Lattice steps a unit.
     scale: f32,
     /// Border length that a point stands for.
@@ -137,8 +142,8 @@ pub(super) fn need(edge_count: usize, chart_count: usize) -> usize {
         + bytes_for::<Circles>(tops)
         + bytes_for::<Circles>(groups)
         + bytes_for::<PointRun>(points)
-        + bytes_for::<Vec2>(points + RUN)
-        + bytes_for::<[f32; 2]>(NODES)
+        + 2 * bytes_for::<f32>(points + RUN)
+        + bytes_for::<[f32; 2]>(NODES + 1)
 }
 
 impl<'a> Fields<'a> {
@@ -156,8 +161,8 @@ impl<'a> Fields<'a> {
         let tops = scratch.take::<Circles>(top_bound)?;
         let groups = scratch.take::<Circles>(group_bound)?;
         let runs = scratch.take::<PointRun>(bound)?;
-        let points = scratch.take::<Vec2>(bound + RUN)?;
-        let nodes = scratch.take::<[f32; 2]>(most)?;
+        let (x, y) = (scratch.take::<f32>(bound + RUN)?, scratch.take::<f32>(bound + RUN)?);
+        let nodes = scratch.take_unset::<[f32; 2]>(NODES + 1)?;
 
         let step = lattice_step(outlines, margin, most);
         let length: f64 = outlines.edges.iter().map(|e| e[0].distance(e[1])).sum();
@@ -171,12 +176,13 @@ impl<'a> Fields<'a> {
             let lattice = Lattice { low, step, columns, rows };
             lattice.fill(&mut nodes[first_node..first_node + columns * rows], edges);
             let (first_top, first_group, first_run) = (top_count, group_count, run_count);
-            walk(edges, spacing, runs, &mut run_count, points, &mut point_count);
+            walk(edges, spacing, runs, &mut run_count, [&mut *x, &mut *y], &mut point_count);
             for (run, index) in runs[first_run..run_count].iter().zip(first_run..) {
                 if groups[first_group..group_count].last().is_none_or(Circles::is_full) {
                     group_count += 1;
                 }
-                groups[group_count - 1].put(around(&points[run.first as usize..][..run.count as usize]), index);
+                let own = x[run.first as usize..].iter().zip(&y[run.first as usize..]).take(run.count as usize);
+                groups[group_count - 1].put(around(own.map(|(x, y)| Vec2::new(*x, *y))), index);
             }
             for (group, index) in groups[first_group..group_count].iter().zip(first_group..) {
                 if tops[first_top..top_count].last().is_none_or(Circles::is_full) {
@@ -196,7 +202,9 @@ impl<'a> Fields<'a> {
             first_node += columns * rows;
         }
         let scale = (1.0 / step) as f32;
-        Ok(Self { shapes, tops, groups, runs, points, nodes, scale, spacing: spacing as f32 })
+        // As many as were taken.
+        let nodes = nodes.first_chunk().ok_or(ScratchTooSmall { need: size_of::<Nodes>(), given: 0 })?;
+        Ok(Self { shapes, tops, groups, runs, x, y, nodes, scale, spacing: spacing as f32 })
     }
 
     /// Circles around those of the groups of a chart.
@@ -221,14 +229,12 @@ impl<'a> Fields<'a> {
     /// what its rim holds.
     #[inline(always)]
     pub fn depth<E: Eight>(&self, shape: &FieldShape, run: &PointRun, motion: &FieldMotion, gap: f32) -> f32 {
-        let Some(points) = self.points.get(run.first as usize..).and_then(<[Vec2]>::first_chunk::<RUN>) else {
+        let first = run.first as usize;
+        let [x, y] = [self.x, self.y].map(|of| of.get(first..).and_then(<[f32]>::first_chunk::<RUN>));
+        let (Some(x), Some(y)) = (x, y) else {
             return 0.0;
         };
-        let (mut x, mut y) = ([0.0; RUN], [0.0; RUN]);
-        for (i, p) in points.iter().enumerate() {
-            (x[i], y[i]) = (p.x, p.y);
-        }
-        let (x, y) = self.locate(shape, E::of(&x), E::of(&y), motion);
+        let (x, y) = self.locate(shape, E::of(x), E::of(y), motion);
         let (x, y) = into_lattice(shape, x, y);
         let depth = E::all(gap).less(self.sample(shape, x, y)).max(E::all(0.0));
         let mut sum = 0.0;
@@ -254,10 +260,9 @@ impl<'a> Fields<'a> {
         let ([column, row], at) = x.cells(y, shape.first_node, shape.columns);
         let mut cells = [[0.0; 4]; RUN];
         for i in 0..RUN {
-            let Some([[a, c], [b, d]]) = self.nodes.get(at[i] as usize..).and_then(<[_]>::first_chunk) else {
-                continue;
-            };
-            cells[i] = [*a, *c, *b, *d];
+            let at = at[i] as usize % NODES;
+            let ([a, c], [b, d]) = (self.nodes[at], self.nodes[at + 1]);
+            cells[i] = [a, c, b, d];
         }
         let [a, c, b, d] = E::columns(cells);
         let (share_x, share_y) = (x.less(column), y.less(row));
@@ -298,7 +303,7 @@ fn walk(
     spacing: f64,
     runs: &mut [PointRun],
     run_count: &mut usize,
-    points: &mut [Vec2],
+    [x, y]: [&mut [f32]; 2],
     point_count: &mut usize,
 ) {
     let total: f64 = edges.iter().map(|e| e[0].distance(e[1])).sum();
@@ -318,7 +323,7 @@ fn walk(
                 runs[*run_count] = PointRun { first: *point_count as u32, count: 0 };
                 *run_count += 1;
             }
-            points[*point_count] = tip.as_vec2();
+            (x[*point_count], y[*point_count]) = tip.as_vec2().into();
             *point_count += 1;
             runs[*run_count - 1].count += 1;
         }
@@ -387,7 +392,7 @@ impl Lattice {
     /// Signed distances at the nodes, and those of the nodes above. On the way there, what is next to a node's squared distance says
     /// which edge that is from, then how often edges turn around the node.
     fn fill(&self, nodes: &mut [[f32; 2]], edges: &[BorderEdge]) {
-        nodes.fill([f32::INFINITY, 0.0]);
+        nodes.fill([f32::INFINITY, f32::from_bits(u32::MAX)]);
         for (i, edge) in edges.iter().enumerate() {
             self.seed(nodes, edge, i as u32);
         }
@@ -449,34 +454,39 @@ impl Lattice {
 
     /// Carries nearest segments from node to node: four sweeps over eight neighbours.
     fn spread(&self, nodes: &mut [[f32; 2]], edges: &[BorderEdge]) {
-        let (columns, rows) = (self.columns as isize, self.rows as isize);
-        for sweep in 0..2 {
-            let forward = sweep == 0;
-            let near: [(isize, isize); 4] = [(-1, 0), (-1, -1), (0, -1), (1, -1)];
+        let (columns, rows) = (self.columns, self.rows);
+        for forward in [true, false] {
+            let place = |i: usize, count: usize| if forward { i } else { count - 1 - i };
             for row in 0..rows {
-                let y = if forward { row } else { rows - 1 - row };
-                for (pass, column) in (0..2).flat_map(|pass| (0..columns).map(move |column| (pass, column))) {
-                    let rightward = (pass == 0) == forward;
-                    let x = if rightward { column } else { columns - 1 - column };
-                    let at = (y * columns + x) as usize;
-                    for (dx, dy) in near {
-                        let flip = if forward { 1 } else { -1 };
-                        let side = if dy == 0 && !rightward { 1 } else { -1 };
-                        let (nx, ny) = (x + if dy == 0 { side } else { dx * flip }, y + dy * flip);
-                        if (pass == 1 && dy != 0) || !(0..columns).contains(&nx) || !(0..rows).contains(&ny) {
-                            continue;
-                        }
-                        let from = (ny * columns + nx) as usize;
-                        let [other, nearest] = nodes[from];
-                        if other < nodes[at][0] && other.is_finite() {
-                            let edge = edges[nearest.to_bits() as usize];
-                            let distance = to_segment(self.node(x as usize, y as usize), edge) as f32;
-                            if distance < nodes[at][0] {
-                                nodes[at] = [distance, nearest];
-                            }
+                let y = place(row, rows);
+                for column in 0..columns {
+                    let at = [place(column, columns), y];
+                    if column > 0 {
+                        self.carry(nodes, edges, at, [place(column - 1, columns), y]);
+                    }
+                    if row > 0 {
+                        let passed = place(row - 1, rows);
+                        for beside in column.saturating_sub(1)..(column + 2).min(columns) {
+                            self.carry(nodes, edges, at, [place(beside, columns), passed]);
                         }
                     }
                 }
+                for column in (1..columns).rev() {
+                    self.carry(nodes, edges, [place(column - 1, columns), y], [place(column, columns), y]);
+                }
+            }
+        }
+    }
+
+    /// Gives a node the nearest segment of one beside it where that is nearer than its own.
+    #[inline(always)]
+    fn carry(&self, nodes: &mut [[f32; 2]], edges: &[BorderEdge], [x, y]: [usize; 2], from: [usize; 2]) {
+        let at = y * self.columns + x;
+        let ([other, nearest], own) = (nodes[from[1] * self.columns + from[0]], nodes[at]);
+        if other < own[0] && nearest.to_bits() != own[1].to_bits() {
+            let distance = to_segment(self.node(x, y), edges[nearest.to_bits() as usize]) as f32;
+            if distance < own[0] {
+                nodes[at] = [distance, nearest];
             }
         }
     }
