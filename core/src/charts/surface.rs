@@ -28,6 +28,29 @@ pub struct Surface<'a> {
     pub stays_whole: bool,
 }
 
+/// See [`Surface::edges_at`].
+#[derive(Clone)]
+pub struct EdgesAt<'s> {
+    surface: &'s Surface<'s>,
+    corners: core::slice::Iter<'s, u32>,
+    border: Option<(u32, u32)>,
+}
+
+impl Iterator for EdgesAt<'_> {
+    type Item = (u32, u32);
+
+    #[inline]
+    fn next(&mut self) -> Option<(u32, u32)> {
+        if let Some(border) = self.border.take() {
+            return Some(border);
+        }
+        let (c, Surface { mesh, twin, .. }) = (*self.corners.next()?, self.surface);
+        let into = prev(c);
+        self.border = (twin[into as usize] == NONE).then(|| (into, mesh.vertex(into)));
+        Some((c, mesh.vertex(next(c))))
+    }
+}
+
 /// Scratch bytes that [`Surface::new`] keeps.
 pub const fn surface_need(faces: usize, vertices: usize) -> usize {
     bytes_for::<u32>(vertices + 2) + bytes_for::<u32>(3 * faces)
@@ -65,12 +88,8 @@ impl<'a> Surface<'a> {
     }
 
     /// The half-edges (named by one of their corners) and the far ends of the edges at vertex `v`.
-    pub fn edges_at(&self, v: u32) -> impl Iterator<Item = (u32, u32)> + '_ {
-        self.corners_at(v).iter().flat_map(move |c| {
-            let into = prev(*c);
-            let border = (self.twin[into as usize] == NONE).then(|| (into, self.mesh.vertex(into)));
-            [Some((*c, self.mesh.vertex(next(*c)))), border].into_iter().flatten()
-        })
+    pub fn edges_at(&self, v: u32) -> EdgesAt<'_> {
+        EdgesAt { surface: self, corners: self.corners_at(v).iter(), border: None }
     }
 
     /// The far end of the half-edge of `c`.

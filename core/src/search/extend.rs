@@ -4,11 +4,10 @@
 //! length, over its cost. The best few that lie apart are cut (after OptCuts, Li et al. 2018, which tries each cut; here
 //! the worth is estimated, and several are made at once). An edge between two cuts is a path as well.
 //! Guarantee: disks stay disks: a path that ends freely is a slit, one that ends on another cut parts a chart in two.
-//! Cost: O(n log n).
+//! Cost: O(n log n) in the charts that hold what is too distorted.
 
 use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
-use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::charts::paths::Paths;
 use crate::charts::surface::Surface;
@@ -18,6 +17,8 @@ use glam::DVec2;
 
 /// Paths worth less than this share of the best wait for the next round.
 const SHARE: f64 = 0.5;
+/// Where fewer than one vertex of so many is distorted, only the charts of those are looked at.
+const FEW: usize = 8;
 
 /// Adds cuts towards the faces whose energy is above `least` (4: what is distorted at all): up to `most` paths that lie apart,
 /// and an edge between two cuts where that is worth more. Returns how many.
@@ -40,11 +41,22 @@ pub fn extend(
     }
     let mut paths = Paths::new(n, &mut scratch)?;
     let order = scratch.take::<u32>(n)?;
-    let reached = grow_from_cuts(order, &mut paths, on_cut, surface);
+    let within = scratch.take::<u8>(n)?;
+    let is_whole = mark_worth_reaching(within, order, density, on_cut, surface);
+    let sources = (0..n as u32).filter(|v| on_cut[*v as usize] != 0 && within[*v as usize] != 0);
+    let reached = match is_whole {
+        true => grow_from(sources, order, &mut paths, surface, |c| surface.cost[c as usize]),
+        false => grow_from(sources, order, &mut paths, surface, |c| {
+            let ends = [surface.mesh.vertex(c), surface.far_end(c)];
+            if ends.iter().all(|v| within[*v as usize] != 0) { surface.cost[c as usize] } else { f64::INFINITY }
+        }),
+    };
     let order = &mut order[..reached];
     let worth = Worth::new(order, &paths, density, surface, &mut scratch)?;
+    let best = order.iter().map(|v| worth.score[*v as usize]).fold(0.0, f64::max);
+    let kept = keep(order, |v| worth.score[v as usize] >= SHARE * best && worth.score[v as usize] > 0.0);
+    let order = &mut order[..kept];
     sort::by(order, |a, b| worth.score[*b as usize].total_cmp(&worth.score[*a as usize]).then(a.cmp(b)));
-    let best = order.first().map_or(0.0, |v| worth.score[*v as usize]);
     let mut added = cut_apart(cut, changed, order, most, &paths, &worth, surface, scratch)?;
     if !surface.stays_whole
         && let Some((worth, c)) = best_chord(cut, on_cut, density, surface)
@@ -79,34 +91,98 @@ fn spread_excess(
     for v in 0..n {
         density[v] /= weight[v].max(1e-300);
     }
-    let smooth = scratch.take::<f64>(n)?;
+    // Where nothing is above it for two edges around, nothing comes out: few places need smoothing where few faces are.
+    let (smooth, list, is_listed) = (scratch.take::<f64>(n)?, scratch.take::<u32>(n)?, scratch.take::<u8>(n)?);
+    let mut count = 0;
+    if density.iter().filter(|d| **d > 0.0).count() > n / FEW {
+        is_listed.fill(1);
+        list.iter_mut().zip(0..).for_each(|(l, v)| *l = v);
+        count = n;
+    }
+    for (v, _) in density.iter().enumerate().filter(|(_, d)| **d > 0.0) {
+        count += list_once(v as u32, is_listed, list, count);
+    }
     for _ in 0..2 {
-        for v in 0..n as u32 {
-            let (mut sum, mut total) = (density[v as usize] * weight[v as usize], weight[v as usize]);
-            for (_, w) in surface.edges_at(v) {
+        for i in 0..if count < n { count } else { 0 } {
+            for (_, w) in surface.edges_at(list[i]) {
+                count += list_once(w, is_listed, list, count);
+            }
+        }
+        for v in &list[..count] {
+            let at = *v as usize;
+            let (mut sum, mut total) = (density[at] * weight[at], weight[at]);
+            for (_, w) in surface.edges_at(*v) {
                 sum += density[w as usize] * weight[w as usize];
                 total += weight[w as usize];
             }
-            smooth[v as usize] = sum / total.max(1e-300);
+            smooth[at] = sum / total.max(1e-300);
         }
-        density.copy_from(smooth);
+        list[..count].iter().for_each(|v| density[*v as usize] = smooth[*v as usize]);
     }
     Ok(())
 }
 
-/// Grows cheapest paths from all cuts and borders; lists the vertices in the order of their cost, and returns how many there are.
-fn grow_from_cuts(order: &mut [u32], paths: &mut Paths, on_cut: &[u8], surface: &Surface) -> usize {
+/// Puts a vertex at place `count` of the list unless it is there; returns how many were put.
+fn list_once(v: u32, is_listed: &mut [u8], list: &mut [u32], count: usize) -> usize {
+    if core::mem::replace(&mut is_listed[v as usize], 1) != 0 {
+        return 0;
+    }
+    list[count] = v;
+    1
+}
+
+/// Moves the items that are wanted to the front, in their order; returns how many there are.
+fn keep(list: &mut [u32], is_wanted: impl Fn(u32) -> bool) -> usize {
+    let mut kept = 0;
+    for i in 0..list.len() {
+        let item = list[i];
+        if is_wanted(item) {
+            list[kept] = item;
+            kept += 1;
+        }
+    }
+    kept
+}
+
+/// Marks the vertices to which a path may be worth anything, with all that cheapest paths to them come through: what can be reached from
+/// distorted places without passing a cut, for paths begin on cuts. Returns whether those are all vertices; `list` is memory.
+fn mark_worth_reaching(within: &mut [u8], list: &mut [u32], density: &[f64], on_cut: &[u8], surface: &Surface) -> bool {
+    let distorted = density.iter().filter(|d| **d > 0.0).count();
+    if distorted > density.len() / FEW {
+        within.fill(1);
+        return true;
+    }
+    let mut count = 0;
+    for (v, _) in density.iter().enumerate().filter(|(_, d)| **d > 0.0) {
+        count += list_once(v as u32, within, list, count);
+    }
+    let mut at = 0;
+    while at < count {
+        let v = list[at];
+        if at < distorted || on_cut[v as usize] == 0 {
+            for (_, w) in surface.edges_at(v) {
+                count += list_once(w, within, list, count);
+            }
+        }
+        at += 1;
+    }
+    count == density.len()
+}
+
+/// Grows cheapest paths from `sources`; lists the vertices in the order of their cost, and returns how many there are.
+fn grow_from(
+    sources: impl Iterator<Item = u32>,
+    order: &mut [u32],
+    paths: &mut Paths,
+    surface: &Surface,
+    cost: impl Fn(u32) -> f64,
+) -> usize {
     let mut len = 0;
-    paths.grow(
-        surface,
-        (0..on_cut.len() as u32).filter(|v| on_cut[*v as usize] != 0),
-        |c| surface.cost[c as usize],
-        |v, _| {
-            // A vertex may be settled once only here: no sources are added.
-            order[len] = v;
-            len += 1;
-        },
-    );
+    paths.grow(surface, sources, cost, |v, _| {
+        // A vertex may be settled once only here: no sources are added.
+        order[len] = v;
+        len += 1;
+    });
     len
 }
 
@@ -214,10 +290,12 @@ fn best_chord(cut: &[u8], on_cut: &[u8], density: &[f64], surface: &Surface) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::random::unit_f64;
     use crate::mesh::topology::twins;
     use crate::mesh::view::MeshView;
     use crate::solve::energy::Rest;
     use glam::DVec3;
+    use std::{vec, vec::Vec};
 
     /// Two triangles of a square, mapped at `scale`.
     fn cut_square(scale: f64, least: f64, bytes: &mut [u8]) -> (Result<usize, ScratchTooSmall>, [u8; 6]) {
@@ -252,6 +330,61 @@ mod tests {
         // At twice the size a face has the energy 8.5.
         assert_eq!(cut_square(2.0, 8.4, &mut [0; 4096]).0, Ok(1));
         assert_eq!(cut_square(2.0, 8.6, &mut [0; 4096]).0, Ok(0));
+    }
+
+    #[test]
+    fn places_that_nothing_distorted_reaches_are_not_missed() {
+        // A sheet of 24 x 24 squares, cut in two, with some vertices pulled out of place on either side of the cut or on it.
+        let side = 24u32;
+        let positions: Vec<DVec3> =
+            (0..=side).flat_map(|y| (0..=side).map(move |x| DVec3::new(x.into(), y.into(), 0.0))).collect();
+        let square = |v: u32| [[v, v + 1, v + side + 2], [v, v + side + 2, v + side + 1]];
+        let faces: Vec<[u32; 3]> =
+            (0..side).flat_map(|y| (0..side).flat_map(move |x| square(y * (side + 1) + x))).collect();
+        let mesh = MeshView { positions: &positions, faces: &faces };
+        let (mut memory, mut twin) = (vec![0; 1 << 20], vec![0; 3 * faces.len()]);
+        let mut keep = Scratch::new(&mut memory);
+        twins(&mut twin, mesh, keep.frame()).expect("enough memory");
+        let rest: Vec<Rest> = faces.iter().map(|f| Rest::new(f.map(|v| positions[v as usize]), 0.0)).collect();
+        let costs: Vec<f64> =
+            (0..twin.len() as u32).map(|c| 1.0 + unit_f64(3, 0, c.min(twin[c as usize]).into())).collect();
+        let surface = Surface::new(mesh, &twin, &rest, &costs, &mut keep).expect("enough memory");
+        let mut cut = vec![0; twin.len()];
+        for c in
+            (0..twin.len() as u32).filter(|c| [mesh.position(*c), mesh.position(next(*c))].iter().all(|p| p.x == 11.0))
+        {
+            surface.set_cut(&mut cut, c, true);
+        }
+        for pulled in [vec![30], vec![11 + 25 * 8], vec![12 + 25 * 8, 400], vec![10 + 25 * 20]] {
+            let uv: Vec<DVec2> = (0..twin.len() as u32)
+                .map(|c| {
+                    mesh.position(c).truncate()
+                        + if pulled.contains(&mesh.vertex(c)) { DVec2::splat(0.4) } else { DVec2::ZERO }
+                })
+                .collect();
+            let n = positions.len();
+            let (mut density, mut on_cut) = (vec![0.0; n], vec![0; n]);
+            spread_excess(&mut density, &uv, &surface, 4.0, keep.frame()).expect("enough memory");
+            for c in (0..twin.len() as u32).filter(|c| surface.is_open(&cut, *c)) {
+                (on_cut[mesh.vertex(c) as usize], on_cut[surface.far_end(c) as usize]) = (1, 1);
+            }
+            let (mut within, mut order) = (vec![0; n], vec![0; n]);
+            assert!(!mark_worth_reaching(&mut within, &mut order, &density, &on_cut, &surface), "few are distorted");
+            let scores = |within: &[u8], order: &mut [u32], keep: &mut Scratch| {
+                let mut frame = keep.frame();
+                let mut paths = Paths::new(n, &mut frame).expect("enough memory");
+                let sources = (0..n as u32).filter(|v| on_cut[*v as usize] != 0 && within[*v as usize] != 0);
+                let inside = |c: u32| [mesh.vertex(c), surface.far_end(c)].iter().all(|v| within[*v as usize] != 0);
+                let cost = |c: u32| if inside(c) { costs[c as usize] } else { f64::INFINITY };
+                let reached = grow_from(sources, order, &mut paths, &surface, cost);
+                let worth =
+                    Worth::new(&order[..reached], &paths, &density, &surface, &mut frame).expect("enough memory");
+                worth.score.to_vec()
+            };
+            let few = scores(&within, &mut order, &mut keep);
+            assert!(few.iter().any(|s| *s > 0.0) && within.contains(&0));
+            assert_eq!(few, scores(&vec![1; n], &mut order, &mut keep), "{pulled:?}");
+        }
     }
 
     #[test]
