@@ -8,6 +8,7 @@ use crate::base::real::{for_cost, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::view::{MeshView, NONE, next, prev};
 use crate::solve::energy::Rest;
+use glam::DVec2;
 
 /// A mesh that never changes, with what cuts cost on it.
 #[derive(Clone, Copy)]
@@ -133,6 +134,18 @@ impl<'a> Surface<'a> {
     /// The first open half-edge of a chart's `faces`; none where the chart is closed.
     pub fn first_open(&self, cut: &[u8], faces: &[u32]) -> Option<u32> {
         faces.iter().flat_map(|f| 3 * f..3 * f + 3).find(|c| self.is_open(cut, *c))
+    }
+
+    /// An open half-edge of the outer border of a chart's `faces`: the one that starts farthest to the left. None where the chart is closed.
+    pub fn outer_open(&self, cut: &[u8], faces: &[u32], uv: &[DVec2]) -> Option<u32> {
+        let open = faces.iter().flat_map(|f| 3 * f..3 * f + 3).filter(|c| self.is_open(cut, *c));
+        open.min_by(|a, b| uv[*a as usize].x.total_cmp(&uv[*b as usize].x))
+    }
+
+    /// Whether the two sides of the edge of `c` lie on each other, so that a cut there is not seen.
+    pub fn is_closed(&self, uv: &[DVec2], c: u32) -> bool {
+        let t = self.twin[c as usize];
+        t != NONE && uv[c as usize] == uv[next(t) as usize] && uv[next(c) as usize] == uv[t as usize]
     }
 
     /// The border that the open half-edge `first` is on, once round from there.

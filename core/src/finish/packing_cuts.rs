@@ -4,7 +4,8 @@
 //! cut at the right place fills a tenth more. Cheapest paths between places on the borders of the largest charts are ranked by
 //! what a formula expects of them (`crowding`); the best few are tried by packing with little effort, and the best of those stays
 //! where what it fills outweighs what it costs. A chart without distortion is a face of the object, flat or unrolled, and one whose
-//! border runs mostly along sharp edges is a part that people know: both stay whole.
+//! border runs mostly along sharp edges is a part that people know: both stay whole, unless they are so long that the square is empty beside them: then one
+//! cut is made that would hardly be noticed.
 //! What is made of one piece is made of all that are alike.
 //! Guarantee: a chart cut in two has no more distortion than before, so maps are not touched. Cost: [`TRIED`] packings a cut,
 //! [`CUTS`] cuts.
@@ -38,6 +39,11 @@ const LEAST: f64 = 0.05;
 const EACH: usize = 3;
 /// Cuts that are tried by packing before each that is made.
 const TRIED: usize = 4;
+/// Square of the side that a chart needs, over the area of all, from which it may be cut once whatever it is, where that is hardly noticed:
+/// the square is empty beside it.
+const LONG: f64 = 1.6;
+/// Cost of a unit of length that is hardly noticed: three tenths of what an open seam in a smooth place costs.
+const EASY: f64 = 0.8;
 /// More pieces than so many that are alike pack well among one another as they are, and cuts would be made in all: eight cows fill .680
 /// with cuts and .683 without, four crates and four tyres .710 and .745, eight rabbits .752 and .740.
 const MOST_ALIKE: u32 = 3;
@@ -75,7 +81,7 @@ pub fn cut_to_pack(
     let mut fill = None;
     for made in 0..CUTS {
         let mut candidates = heapless::Vec::<PackingCut, { LARGEST * EACH }>::new();
-        find_cuts(&mut candidates, uv, cut, placing, scratch.frame())?;
+        find_cuts(&mut candidates, uv, cut, placing, made == 0, scratch.frame())?;
         if candidates.is_empty() {
             return Ok(made);
         }
@@ -239,6 +245,7 @@ fn find_cuts<const N: usize>(
     uv: &[DVec2],
     cut: &[u8],
     placing: &Placing,
+    is_first: bool,
     mut scratch: Scratch,
 ) -> Result<(), ScratchTooSmall> {
     let pieces = placing.pieces;
@@ -247,8 +254,8 @@ fn find_cuts<const N: usize>(
         return Ok(());
     }
     let total: f64 = pieces.rest().iter().map(|r| r.area).sum();
-    for (rank, large) in largest.iter().enumerate().filter(|(_, l)| !l.whole && l.times * l.area >= LEAST * crowd.area)
-    {
+    let may = |l: &Large| !l.whole || is_first && l.square * l.square >= LONG * crowd.area;
+    for (rank, large) in largest.iter().enumerate().filter(|(_, l)| may(l) && l.times * l.area >= LEAST * crowd.area) {
         let others = largest.iter().enumerate().filter(|(r, _)| *r != rank).map(|(_, l)| l.square).fold(0.0, f64::max);
         let mut frame = scratch.frame();
         let mut own = cuts_of(large, others, &crowd, sqrt(total), uv, cut, pieces, &mut frame)?;
@@ -348,7 +355,8 @@ fn cuts_of(
         inside.grow(place(i), cut, &surface);
         for j in i + 2..count {
             let cost = inside.cost(place(j));
-            if cost >= FORBIDDEN {
+            let is_easy = cost <= EASY * point(i).distance(point(j));
+            if cost >= FORBIDDEN || large.whole && !is_easy {
                 continue;
             }
             let cost = large.times * cost / unit;

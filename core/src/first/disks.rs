@@ -10,6 +10,7 @@ use super::joining::join;
 use super::tips::find_tips;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::union_find::UnionFind;
+use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::mesh::loops::next_on_border;
 use crate::mesh::view::{MeshView, NONE, next};
@@ -62,8 +63,36 @@ fn lengthen_single_edges(cut: &mut [u8], surface: &Surface) {
     }
 }
 
+/// Cuts from the holes of charts to their outer borders, where there are charts with holes.
+pub fn slit_holes(cut: &mut [u8], surface: &Surface, mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    let has_holes = {
+        let mut frame = scratch.frame();
+        let charts = ChartList::new(surface, cut, &mut frame)?;
+        let borders = frame.take::<u8>(charts.count())?;
+        let seen = frame.take::<u8>(cut.len())?;
+        for first in 0..cut.len() as u32 {
+            if surface.is_open(cut, first) && seen[first as usize] == 0 {
+                surface.border(cut, first).for_each(|c| seen[c as usize] = 1);
+                let borders = &mut borders[charts.of_face[first as usize / 3] as usize];
+                *borders = borders.saturating_add(1);
+            }
+        }
+        borders.iter().any(|b| *b > 1)
+    };
+    if has_holes { disks_again(cut, surface, scratch) } else { Ok(()) }
+}
+
 /// Cuts on where cuts have left charts that are not disks: each chart by itself, as a mesh whose border the cuts are.
-pub fn disks_again(cut: &mut [u8], surface: &Surface, mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+pub fn disks_again(cut: &mut [u8], surface: &Surface, scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    cut_each(cut, surface, false, scratch)
+}
+
+/// The same where no map has been yet: the borders of the disks pass all tips.
+pub fn disks_with_tips(cut: &mut [u8], surface: &Surface, scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    cut_each(cut, surface, true, scratch)
+}
+
+fn cut_each(cut: &mut [u8], surface: &Surface, tips: bool, mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
     let corners = surface.mesh.corner_count();
     let node = scratch.take::<[u32; 3]>(surface.mesh.faces.len())?;
     let count = surface.wedges(cut, node.as_flattened_mut());
@@ -76,7 +105,7 @@ pub fn disks_again(cut: &mut [u8], surface: &Surface, mut scratch: Scratch) -> R
     let mesh = MeshView { positions, faces: node };
     let parted = Surface::new(mesh, twin, surface.rest, surface.cost, &mut scratch)?;
     let more = scratch.take::<u8>(corners)?;
-    cut_where_not_disks(more, &parted, false, scratch)?;
+    cut_where_not_disks(more, &parted, tips, scratch)?;
     for c in 0..corners as u32 {
         if more[c as usize] != 0 {
             surface.set_cut(cut, c, true);

@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod cut_tests;
 pub mod disks;
+pub mod facets;
 pub mod halving;
 pub mod handles;
 mod joining;

@@ -47,7 +47,7 @@ pub fn split_bulky(
     for k in 0..charts.count() {
         let faces = charts.faces_of(k);
         let area: f64 = faces.iter().map(|f| surface.rest[*f as usize].area).sum();
-        let Some(start) = surface.first_open(cut, faces) else {
+        let Some(start) = surface.outer_open(cut, faces, uv) else {
             continue;
         };
         let mut len = 0;

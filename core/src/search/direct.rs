@@ -11,7 +11,7 @@ use crate::base::workers::Workers;
 use crate::charts::patch::patch_need;
 use crate::charts::surface::Surface;
 use crate::charts::work::job_need;
-use crate::first::disks::cut_to_disks;
+use crate::first::disks::{cut_to_disks, slit_holes};
 use crate::first::halving::flatten_all;
 use crate::plane::overlap::overlaps_need;
 use crate::solve::energy::Rest;
@@ -92,6 +92,9 @@ pub fn search_from(
 
 fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: Scratch) -> Result<(), StageError> {
     rounds.mark()?;
+    if trials != Trials::None {
+        rounds.zip(budget, Which::Slits, scratch.frame())?;
+    }
     let compact = trials == Trials::All && !budget.bulky;
     if compact {
         rounds.part_bulky(scratch.frame())?;
@@ -108,6 +111,9 @@ fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: 
         }
     }
     rounds.cap(budget.distortion, scratch.frame())?;
+    if trials != Trials::None {
+        rounds.zip(budget, Which::Slits, scratch.frame())?;
+    }
     if trials == Trials::All {
         rounds.zip(budget, Which::All, scratch.frame())?;
         rounds.zip(budget, Which::Slivers, scratch.frame())?;
@@ -120,6 +126,8 @@ fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: 
     } else {
         rounds.glue_once(budget, scratch.frame())?;
     }
-    rounds.unroll(scratch)?;
+    rounds.unroll(scratch.frame())?;
+    // What reads charts after the search reads disks: holes have slits again, whose sides lie on each other.
+    slit_holes(rounds.cut, rounds.surface, scratch.frame())?;
     rounds.mark()
 }

@@ -6,7 +6,7 @@
 //! Guarantee: the price never rises with more draws of the same seed. Cost: one search a draw.
 
 use super::budget::Budget;
-use super::direct::{Trials, search_anew};
+use super::direct::{Trials, search_anew, search_from};
 use crate::base::pace::{Marks, StageError};
 use crate::base::random::{hash, unit_f64};
 use crate::base::real::{cos, exp, ln, sin, sqrt};
@@ -15,6 +15,7 @@ use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
+use crate::first::facets::cut_around_openings;
 use crate::mesh::view::next;
 use crate::plane::crowding::Crowd;
 use crate::price::cost::{FILL_WORTH, FORBIDDEN};
@@ -48,14 +49,15 @@ pub fn price_of(
     mut scratch: Scratch,
 ) -> Result<[f64; 2], ScratchTooSmall> {
     let area: f64 = surface.rest.iter().map(|r| r.area).sum();
-    let cost = (0..cut.len()).filter(|c| cut[*c] != 0).map(|c| 0.5 * surface.cost[c]).sum::<f64>();
+    let seen = |c: &usize| cut[*c] != 0 && !surface.is_closed(uv, *c as u32);
+    let cost = (0..cut.len()).filter(seen).map(|c| 0.5 * surface.cost[c]).sum::<f64>();
     let missed = (distortion(uv, surface.rest) - budget.distortion).max(0.0);
     let charts = ChartList::new(surface, cut, &mut scratch)?;
     let mut crowd = Crowd::default();
     for k in 0..charts.count() {
         let faces = charts.faces_of(k);
         let area = faces.iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
-        let Some(start) = surface.first_open(cut, faces) else { continue };
+        let Some(start) = surface.outer_open(cut, faces, uv) else { continue };
         crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
     }
     let further = if budget.whole { FURTHER * charts.count() as f64 } else { 0.0 };
@@ -76,10 +78,43 @@ pub fn search_best(
     search_anew(uv, cut, surface, budget, Trials::All, scratch.frame(), workers, marks)?;
     let price = price_of(uv, cut, surface, &budget, scratch.frame());
     let Some(mut best) = unless_ended(price.map_err(StageError::from), marks)? else { return Ok([f64::INFINITY; 2]) };
+    if !budget.whole {
+        let other = from_openings(uv, cut, surface, budget, best, scratch.frame(), workers, marks);
+        best = unless_ended(other, marks)?.unwrap_or(best);
+    }
     for number in 0..budget.draws.count {
         let drawn = draw(uv, cut, surface, budget, number, best, scratch.frame(), workers, marks);
         let Some(least) = unless_ended(drawn, marks)? else { break };
         best = least;
+    }
+    Ok(best)
+}
+
+/// Searches from cuts around the openings of flat faces, where there are some: puts the outcome in place where its price is less than
+/// `best`, and returns the lesser.
+#[allow(clippy::too_many_arguments)]
+fn from_openings(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    best: [f64; 2],
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    marks: &mut dyn Marks,
+) -> Result<[f64; 2], StageError> {
+    let (other_uv, other_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
+    if !cut_around_openings(other_cut, surface, scratch.frame())? {
+        return Ok(best);
+    }
+    marks.mark(0)?;
+    let budget = Budget { ends_early: false, ..budget };
+    search_from(other_uv, other_cut, surface, budget, Trials::All, scratch.frame(), workers, marks)?;
+    let price = price_of(other_uv, other_cut, surface, &budget, scratch)?;
+    if price < best {
+        uv.copy_from(other_uv);
+        cut.copy_from(other_cut);
+        return Ok(price);
     }
     Ok(best)
 }

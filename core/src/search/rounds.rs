@@ -21,6 +21,7 @@ use crate::charts::list::ChartList;
 use crate::charts::patch::{SEEDS, relax_patch};
 use crate::charts::surface::Surface;
 use crate::charts::work::{Work, work_on};
+use crate::first::disks::slit_holes;
 use crate::first::halving::flatten_below;
 use crate::mesh::view::NONE;
 use crate::solve::bound::{distortion, energies, lie_flat, most_distorted, worst};
@@ -38,6 +39,8 @@ const GLUE_TO: f64 = 0.97;
 const ZIP_RESERVE: f64 = 7.5e-4;
 /// It is at most this share of what the bound allows, for angles and areas at tight bounds.
 const ZIP_RESERVE_SHARE: f64 = 0.27;
+/// Share of what the bound allows that closing slits may take where all of it is spent.
+const SLIT_SHARE: f64 = 0.1;
 /// Most excess of a glued chart over what the bound allows on the mean.
 const OWN_EXCESS: f64 = 12.0;
 /// And its mean energy over 4, less 1, whatever the bound.
@@ -166,14 +169,29 @@ impl Rounds<'_> {
 
     /// The same for the charts with a changed face.
     fn part_changed(&mut self, mut scratch: Scratch) -> Result<(), StageError> {
+        let mut cuts_out = None; // whether the next round does
         for round in 0.. {
             self.mark()?;
-            let how = if round < SPLITS { Split::Cheapest } else { Split::Halves };
+            let how = match round {
+                _ if cuts_out == Some(true) => Split::Islands,
+                round if round < SPLITS => Split::Cheapest,
+                _ => Split::Halves,
+            };
+            cuts_out = cuts_out.map(|_| false);
             let Self { uv, cut, changed, surface, workers, .. } = self;
             let found = split_overlaps(cut, changed, uv, surface, how, scratch.frame(), *workers)?;
-            // What is left are polygons that overlap themselves.
-            if found == 0 || !self.changed.contains(&1) {
+            if found == 0 {
                 break;
+            }
+            if !self.changed.contains(&1) {
+                // No path parts them, as between a lid of one polygon and what lies on it. Once that is cut out, what is left are
+                // polygons that overlap themselves.
+                if cuts_out.is_some() {
+                    break;
+                }
+                cuts_out = Some(true);
+                self.changed.fill(1);
+                continue;
             }
             self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
         }
@@ -241,6 +259,7 @@ impl Rounds<'_> {
         energies(self.uv, self.surface.rest).filter(|(_, e)| *e > most).for_each(|(f, _)| self.changed[f] = 1);
         if self.changed.contains(&1) {
             let Self { uv, cut, changed, surface, workers, .. } = self;
+            slit_holes(cut, surface, scratch.frame())?;
             flatten_below(uv, cut, changed, most, surface, scratch.frame(), *workers)?;
         }
         Ok(())
@@ -249,7 +268,12 @@ impl Rounds<'_> {
     /// Takes out cuts that the bound does not need.
     pub fn zip(&mut self, budget: Budget, which: Which, scratch: Scratch) -> Result<(), StageError> {
         let bound = budget.distortion;
-        let distortion = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
+        let within = bound - ZIP_RESERVE.min(ZIP_RESERVE_SHARE * (bound - 1.0));
+        let distortion = match which {
+            // What closes by itself costs nothing, wherever the rest is.
+            Which::Slits => within.max(self.distortion() + SLIT_SHARE * (bound - 1.0)),
+            _ => within,
+        };
         let goal = Goal {
             distortion,
             worst: 4.0 * most_distorted(bound),

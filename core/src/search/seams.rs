@@ -45,7 +45,7 @@ pub fn make_charts(
     let faces = surface.mesh.faces.len();
     // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
     let budget = Budget { whole: budget.whole && faces <= LARGE, ..budget };
-    if faces <= PROXY_FROM && budget.draws.count > 0 {
+    if faces <= PROXY_FROM {
         return search_best(uv, cut, surface, budget, scratch, workers, marks).map(|_| ());
     }
     let has_cuts = faces > PROXY_FROM && cut_by_proxies(cut, surface, budget, scratch.frame(), workers, marks)?;

@@ -13,7 +13,7 @@ use crate::base::workers::Workers;
 use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::charts::wedge_paths::{Go, WedgePaths};
-use crate::first::disks::disks_again;
+use crate::first::disks::{disks_again, slit_holes};
 use crate::first::halving::halve;
 use crate::mesh::view::NONE;
 use crate::plane::grid::{GridPoint, GridTriangle, grid_bits};
@@ -122,6 +122,8 @@ pub fn split_overlaps(
     if found == 0 {
         return Ok(0);
     }
+    // Paths part disks.
+    slit_holes(cut, surface, scratch.frame())?;
     if how == Split::Halves {
         halve(cut, changed, surface, |f| partner[f] != NONE, scratch.frame())?;
         disks_again(cut, surface, scratch)?;

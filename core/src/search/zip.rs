@@ -1,12 +1,13 @@
 //! Zipping cuts that the bound does not need.
 //!
 //! Extension looks one round ahead, and splitting against overlap adds cuts that make older ones useless. So each path of the
-//! cut graph whose absence leaves disks (a slit with a free end, or a path between two charts) may be taken out: its chart
+//! cut graph whose absence leaves disks (a slit with a free end, or a path between two charts) or a hole (a slit between two
+//! borders of its chart, as from a bore to the rim) may be taken out: its chart
 //! is welded along it and relaxed, and the path stays out where nothing overlaps, the bound holds, and the hull grows by no more area
 //! than splitting bulky charts would pay for it. What costs most to be seen comes first, over the energy that closing adds,
 //! which goes with the squared gap between the two sides. Slivers, charts too small to paint on, are joined to a neighbour
 //! wherever that holds, whatever the hull.
-//! Guarantee: disks stay disks, without flips or overlaps; the distortion stays within the goal if it was.
+//! Guarantee: disks stay disks but for holes, without flips, and overlap as much as before at the most; the distortion stays within the goal if it was.
 //! Cost: at most [`TRIES`] relaxations of one chart.
 
 use super::compact::PRICE;
@@ -51,6 +52,8 @@ pub enum Which {
     All,
     /// Those between a sliver and another chart.
     Slivers,
+    /// Those inside a chart, at any time: overlaps may be there that are parted later.
+    Slits,
 }
 
 /// What zipping may do.
@@ -125,17 +128,22 @@ pub fn zip(
                 true => 0.0,
                 false => hulls(ends, uv, cut, charts, surface),
             };
-            let before = {
+            let (before, overlaps) = {
                 let mut frame = frame.frame();
                 let charts = ChartList::new(surface, cut, &mut frame)?;
                 let before = hulls(&charts, uv, cut);
+                let overlaps = match goal.which {
+                    Which::Slits => overlaps_of(ends[0], uv, &charts, frame.frame(), workers)?,
+                    _ => 0,
+                };
                 lay_beside(path, uv, &charts, surface);
-                before
+                (before, overlaps)
             };
             path.iter().for_each(|c| surface.set_cut(cut, *c, false));
             let mut frame = frame.frame();
             let charts = ChartList::new(surface, cut, &mut frame)?;
-            let sound = close(uv, cut, path[0] / 3, &charts, surface, frame.frame(), workers)?;
+            let sound = close(uv, cut, path[0] / 3, &charts, surface, frame.frame(), workers)?
+                && overlaps_of(ends[0], uv, &charts, frame.frame(), workers)? <= overlaps;
             let compact = goal.bulky || hulls(&charts, uv, cut) - before <= HULL_PRICE * p.saved * total;
             let within = distortion(uv, surface.rest) <= goal.distortion && worst(uv, surface.rest) <= cap;
             if sound && compact && within {
@@ -165,22 +173,31 @@ fn lay_beside(path: &[u32], uv: &mut [DVec2], charts: &ChartList, surface: &Surf
     }
 }
 
-/// Welds the chart of a face and relaxes it; whether nothing flips or overlaps then.
+/// Welds the chart of a face and relaxes it; whether nothing flips then.
 fn close(
     uv: &mut [DVec2],
     cut: &[u8],
     face: u32,
     charts: &ChartList,
     surface: &Surface,
-    mut scratch: Scratch,
+    scratch: Scratch,
     workers: &dyn Workers,
 ) -> Result<bool, ScratchTooSmall> {
     let own = charts.of_face[face as usize];
-    if !work_on(uv, surface, cut, charts, |k| k as u32 == own, Work::Weld(STOP), scratch.frame(), workers)? {
-        return Ok(false);
-    }
-    let partner = scratch.take::<u32>(surface.mesh.faces.len())?;
-    Ok(self_overlaps(partner, uv, charts.of_face, charts.count(), |k| k == own, scratch, workers)? == 0)
+    work_on(uv, surface, cut, charts, |k| k as u32 == own, Work::Weld(STOP), scratch, workers)
+}
+
+/// How many faces of the chart of a face lie on others of it.
+fn overlaps_of(
+    face: u32,
+    uv: &[DVec2],
+    charts: &ChartList,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<usize, ScratchTooSmall> {
+    let own = charts.of_face[face as usize];
+    let partner = scratch.take::<u32>(charts.of_face.len())?;
+    self_overlaps(partner, uv, charts.of_face, charts.count(), |k| k == own, scratch, workers)
 }
 
 /// Points of the border of the chart that the open half-edge `c` belongs to.
@@ -192,7 +209,7 @@ fn border<'b>(c: u32, uv: &'b [DVec2], cut: &'b [u8], surface: &'b Surface) -> i
 fn hulls(ends: [u32; 2], uv: &[DVec2], cut: &[u8], charts: &ChartList, surface: &Surface) -> f64 {
     let [a, b] = ends.map(|f| charts.of_face[f as usize]);
     let hull = |k: u32| {
-        surface.first_open(cut, charts.faces_of(k as usize)).map_or(0.0, |c| hull_of(border(c, uv, cut, surface)))
+        surface.outer_open(cut, charts.faces_of(k as usize), uv).map_or(0.0, |c| hull_of(border(c, uv, cut, surface)))
     };
     hull(a) + if a == b { 0.0 } else { hull(b) }
 }
@@ -221,7 +238,11 @@ fn find_paths<'a>(
         len += walk_seam(&mut list[begin..], seen, first, surface, is_cut, |v| seams.is_node(v));
         let path = &list[begin..len];
         let is_failed = |c: &u32| failed[*c as usize] != 0 || failed[surface.twin[*c as usize] as usize] != 0;
-        let wanted = goal.which == Which::All || seams.joins_sliver(path);
+        let wanted = match goal.which {
+            Which::All => true,
+            Which::Slivers => seams.joins_sliver(path),
+            Which::Slits => seams.is_slit(path),
+        };
         if !seams.may_go(path) || !wanted || path.iter().any(is_failed) {
             continue;
         }
@@ -283,11 +304,13 @@ impl<'a> SeamGraph<'a> {
         left == right
     }
 
-    /// Whether disks stay disks without the path.
+    /// Whether disks stay disks without the path, or get a hole.
     fn may_go(&self, path: &[u32]) -> bool {
         let (from, to) = (self.surface.mesh.vertex(path[0]), self.surface.far_end(path[path.len() - 1]));
         if self.is_slit(path) {
-            from != to && self.is_free(from) != self.is_free(to)
+            let free = [from, to].map(|v| self.is_free(v));
+            // The walls that keep a chart whole stand on one border.
+            from != to && (free[0] != free[1] || free == [false; 2] && !self.surface.stays_whole)
         } else {
             !self.is_free(from) && !self.is_free(to) && (from != to || encloses(path, self.cut, self.surface))
         }
@@ -364,10 +387,11 @@ mod tests {
         to: u32,
         ring: bool,  // whether the cell above the middle line that begins at `to` is cut out
         notch: bool, // whether the cells beyond the middle on both axes are missing
+        hole: bool,  // whether the four cells around the middle are missing
         cost: f64,   // of a cut, over its length
     }
 
-    const PLANE: Square = Square { side: 4, lift: 0.0, to: 2, ring: false, notch: false, cost: 1.0 };
+    const PLANE: Square = Square { side: 4, lift: 0.0, to: 2, ring: false, notch: false, hole: false, cost: 1.0 };
     const LOOSE: Goal = Goal { distortion: 1.5, worst: f64::INFINITY, bulky: false, which: Which::All };
 
     /// What [`zip`] answers, and the cut edges before and after.
@@ -379,7 +403,8 @@ mod tests {
         };
         let positions: Vec<DVec3> = (0..n * n).map(at).collect();
         let cells = (0..square.side * square.side)
-            .filter(|i| !square.notch || i / square.side < half || i % square.side < half);
+            .filter(|i| !square.notch || i / square.side < half || i % square.side < half)
+            .filter(|i| !square.hole || [i / square.side, i % square.side].iter().any(|x| *x + 1 < half || *x > half));
         let corners = cells.map(|i| i / square.side * n + i % square.side);
         let faces: Vec<[u32; 3]> = corners.flat_map(|v| [[v, v + 1, v + n + 1], [v, v + n + 1, v + n]]).collect();
         let mesh = MeshView { positions: &positions, faces: &faces };
@@ -445,6 +470,15 @@ mod tests {
         // A cell of 64 is none.
         assert_eq!(zip_square(Square { side: 8, ..square }, slivers, &mut bytes), (Ok(0), 7, 7));
         assert_eq!(zip_square(Square { ring: false, ..square }, slivers, &mut bytes), (Ok(0), 3, 3));
+    }
+
+    #[test]
+    fn a_slit_from_a_hole_to_the_border_closes_and_leaves_the_hole() {
+        let square = Square { side: 6, hole: true, ..PLANE };
+        let (slits, mut bytes) = (Goal { which: Which::Slits, ..LOOSE }, vec![0; 1 << 22]);
+        assert_eq!(zip_square(square, slits, &mut bytes), (Ok(1), 2, 0));
+        // A path between two charts is no slit.
+        assert_eq!(zip_square(Square { to: 4, ..PLANE }, slits, &mut bytes), (Ok(0), 4, 4));
     }
 
     #[test]
