@@ -231,3 +231,54 @@ impl<'a> Surface<'a> {
         count as usize
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::topology::twins;
+    use glam::DVec3;
+    use std::vec;
+    use std::vec::Vec;
+
+    /// A flat square ring of eight faces, laid down as it is; the inner square is half as wide.
+    fn on_ring<T>(then: impl Fn(&Surface, Vec<DVec2>) -> T) -> T {
+        let square = |r: f64| [(r, r), (-r, r), (-r, -r), (r, -r)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        let positions = [square(2.0), square(1.0)].concat();
+        let cells = (0..4).map(|i| (i, (i + 1) % 4));
+        // The inner border has the first corner of all.
+        let faces: Vec<[u32; 3]> = cells.flat_map(|(i, j)| [[j + 4, i + 4, i], [j + 4, i, j]]).collect();
+        let mesh = MeshView { positions: &positions, faces: &faces };
+        let mut memory = vec![0; 1 << 16];
+        let mut keep = Scratch::new(&mut memory);
+        let mut twin = vec![0; mesh.corner_count()];
+        twins(&mut twin, mesh, keep.frame()).unwrap();
+        let rest: Vec<Rest> = faces.iter().map(|f| Rest::new(f.map(|v| positions[v as usize]), 0.0)).collect();
+        let cost = vec![1.0; twin.len()];
+        let uv = (0..twin.len() as u32).map(|c| mesh.position(c).truncate()).collect();
+        then(&Surface::new(mesh, &twin, &rest, &cost, &mut keep).unwrap(), uv)
+    }
+
+    #[test]
+    fn the_outer_border_is_the_one_that_holds_the_hole() {
+        on_ring(|surface, uv| {
+            let cut = vec![0; uv.len()];
+            let faces: Vec<u32> = (0..8).collect();
+            let width = |c: u32| surface.border(&cut, c).map(|c| uv[c as usize].x).fold(0.0, f64::max);
+            assert_eq!(width(surface.outer_open(&cut, &faces, &uv).unwrap()), 2.0);
+            // The first that is met is on the hole's.
+            assert_eq!(width(surface.first_open(&cut, &faces).unwrap()), 1.0);
+            assert_eq!(surface.outer_open(&cut, &[], &uv), None);
+        });
+    }
+
+    #[test]
+    fn a_slit_is_closed_where_both_of_its_ends_are() {
+        on_ring(|surface, mut uv| {
+            let inner = (0..uv.len() as u32).find(|c| surface.twin[*c as usize] != NONE).unwrap();
+            let border = surface.first_open(&vec![0; uv.len()], &[0]).unwrap();
+            assert!(surface.is_closed(&uv, inner) && !surface.is_closed(&uv, border));
+            uv[inner as usize].x += 1e-12;
+            assert!(!surface.is_closed(&uv, inner) && !surface.is_closed(&uv, surface.twin[inner as usize]));
+        });
+    }
+}
