@@ -3,6 +3,7 @@
 pub mod buckets;
 pub mod eight;
 pub mod heap;
+pub mod listing;
 pub mod pace;
 pub mod progress;
 pub mod random;

@@ -16,5 +16,7 @@ pub mod quads;
 pub mod seams;
 pub mod strip;
 pub mod surface;
+#[cfg(test)]
+pub mod surface_tests;
 pub mod wedge_paths;
 pub mod work;

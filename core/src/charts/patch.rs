@@ -6,6 +6,7 @@
 
 use super::quads::{diagonal, quads_of};
 use super::surface::Surface;
+use crate::base::listing::list_once;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
 use crate::base::workers::Workers;
@@ -94,23 +95,14 @@ fn grow<'a>(
         let f = queue[head];
         head += 1;
         for t in (3 * f..3 * f + 3).filter_map(|c| surface.across(cut, c)) {
-            let seed = &mut seeds[(t / 3) as usize];
-            if *seed == 0 {
-                *seed = 1;
-                queue[tail] = t / 3;
-                tail += 1;
-            }
+            tail += list_once(t / 3, seeds, queue, tail);
         }
     }
     // Quads as a whole.
     let grown = tail;
     for k in 0..grown {
-        let Some(t) = diagonal(queue[k], surface).and_then(|c| surface.across(cut, c)) else { continue };
-        let seed = &mut seeds[(t / 3) as usize];
-        if *seed == 0 {
-            *seed = 1;
-            queue[tail] = t / 3;
-            tail += 1;
+        if let Some(t) = diagonal(queue[k], surface).and_then(|c| surface.across(cut, c)) {
+            tail += list_once(t / 3, seeds, queue, tail);
         }
     }
     let faces = &mut queue[..tail];

@@ -13,22 +13,23 @@ pub fn quads_of<'q>(
     cut: &[u8],
     keep: &mut Scratch<'q>,
 ) -> Result<&'q [Quad], ScratchTooSmall> {
-    let diagonals = || faces.iter().enumerate().filter_map(|(k, f)| Some((k, first_half(*f, surface, cut)?)));
-    let most = diagonals().count();
-    let list = keep.take::<Quad>(most)?;
-    let mut count = 0;
-    for (k, c) in diagonals() {
+    let quads = faces.iter().enumerate().filter_map(|(k, f)| {
+        let c = first_half(*f, surface, cut)?;
         let t = surface.twin[c as usize];
-        let Ok(l) = faces.binary_search(&(t / 3)) else { continue };
+        let l = faces.binary_search(&(t / 3)).ok()?;
         let corners = [c, prev(t), next(c), prev(c)];
         let node = |d: u32| triangles[if d / 3 == c / 3 { k } else { l }][(d % 3) as usize];
-        let quad = Quad::new([k as u32, l as u32], corners.map(node), corners.map(|d| surface.mesh.position(d)));
-        if let Some(quad) = quad {
-            list[count] = quad;
+        Quad::new([k as u32, l as u32], corners.map(node), corners.map(|d| surface.mesh.position(d)))
+    });
+    let list = keep.fill::<Quad>(|out| {
+        let mut count = 0;
+        for quad in quads {
+            *out.get_mut(count)? = quad;
             count += 1;
         }
-    }
-    Ok(&list[..count])
+        Some(count)
+    })?;
+    Ok(list)
 }
 
 /// The one diagonal of face `f`, where it is the first of the two faces of a quad.
@@ -47,9 +48,8 @@ pub fn diagonal(f: u32, surface: &Surface) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::topology::twins;
+    use crate::charts::surface_tests::on_surface;
     use crate::mesh::view::MeshView;
-    use crate::solve::energy::Rest;
     use glam::DVec3;
     use std::vec;
     use std::vec::Vec;
@@ -58,22 +58,16 @@ mod tests {
     fn found(corners: &[(f64, f64)], held: &[u32]) -> Vec<[u32; 4]> {
         let positions: Vec<DVec3> = corners.iter().map(|(x, y)| DVec3::new(*x, *y, 0.0)).collect();
         let faces: Vec<[u32; 3]> = (1..corners.len() as u32 - 1).map(|i| [0, i, i + 1]).collect();
-        let mesh = MeshView { positions: &positions, faces: &faces };
-        let mut memory = vec![0; 1 << 14];
-        let mut keep = Scratch::new(&mut memory);
-        let mut twin = vec![0; mesh.corner_count()];
-        twins(&mut twin, mesh, keep.frame()).unwrap();
-        let rest: Vec<Rest> = faces.iter().map(|f| Rest::new(f.map(|v| positions[v as usize]), 0.0)).collect();
-        let is_held = |c: u32| {
-            mesh.vertex(c).min(mesh.vertex(next(c))) == 0 && {
-                held.contains(&mesh.vertex(c).max(mesh.vertex(next(c))))
-            }
+        let is_held = |mesh: MeshView, c: u32| {
+            let [low, high] = [mesh.vertex(c).min(mesh.vertex(next(c))), mesh.vertex(c).max(mesh.vertex(next(c)))];
+            low == 0 && held.contains(&high)
         };
-        let cost: Vec<f64> = (0..twin.len() as u32).map(|c| if is_held(c) { f64::INFINITY } else { 1.0 }).collect();
-        let surface = Surface::new(mesh, &twin, &rest, &cost, &mut keep).unwrap();
-        let all: Vec<u32> = (0..faces.len() as u32).collect();
-        let quads = quads_of(&all, &faces, &surface, &vec![0; twin.len()], &mut keep).unwrap();
-        quads.iter().map(|q| q.nodes).collect()
+        let cost = |mesh: MeshView, c: u32| if is_held(mesh, c) { f64::INFINITY } else { 1.0 };
+        on_surface(&positions, &faces, cost, |surface, mut keep| {
+            let all: Vec<u32> = (0..faces.len() as u32).collect();
+            let quads = quads_of(&all, &faces, surface, &vec![0; surface.twin.len()], &mut keep).unwrap();
+            quads.iter().map(|q| q.nodes).collect()
+        })
     }
 
     #[test]

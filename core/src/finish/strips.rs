@@ -55,8 +55,11 @@ pub fn straighten_strips(
         work_on(laid, &surface, cut, &charts, |k| wanted[k] != 0, Work::Rectangle(STOP), frame.frame(), workers)?;
         for k in (0..charts.count()).filter(|k| wanted[*k] != 0) {
             let faces = charts.faces_of(k);
-            let bends = bends_quads(uv, laid, faces, cut, &surface, bound, frame.frame())?;
-            count += usize::from(!bends && accept(uv, laid, faces, &surface, bound));
+            let mut frame = frame.frame();
+            let triangles = frame.take::<[u32; 3]>(faces.len())?;
+            triangles.iter_mut().zip(faces).for_each(|(t, f)| *t = [3 * f, 3 * f + 1, 3 * f + 2]);
+            let quads = quads_of(faces, triangles, &surface, cut, &mut frame)?;
+            count += usize::from(accept(uv, laid, faces, quads, &surface, bound));
         }
     }
     Ok(count)
@@ -98,36 +101,19 @@ fn is_flat(faces: &[u32], surface: &Surface) -> bool {
     })
 }
 
-/// Whether the other diagonal of a quad has a triangle above the cap in the rectangle alone, as where a side that is straight now
-/// holds three corners of the quad.
-fn bends_quads(
-    uv: &[DVec2],
-    laid: &[DVec2],
-    faces: &[u32],
-    cut: &[u8],
-    surface: &Surface,
-    bound: f64,
-    mut scratch: Scratch,
-) -> Result<bool, ScratchTooSmall> {
-    let triangles = scratch.take::<[u32; 3]>(faces.len())?;
-    triangles.iter_mut().zip(faces).for_each(|(t, f)| *t = [3 * f, 3 * f + 1, 3 * f + 2]);
-    let most = 4.0 * most_distorted(bound);
-    let is_fine = |quad: &Quad, x: &[DVec2]| {
-        quad.across().into_iter().zip(quad.rest).all(|(t, rest)| rest.energy(t.map(|c| x[c as usize])) <= most)
-    };
-    let quads = quads_of(faces, triangles, surface, cut, &mut scratch)?;
-    Ok(quads.iter().any(|q| is_fine(q, uv) && !is_fine(q, laid)))
-}
-
-/// Puts a chart's rectangle in place, if the piece is within the bound with it or no worse than before.
-fn accept(uv: &mut [DVec2], laid: &mut [DVec2], faces: &[u32], surface: &Surface, bound: f64) -> bool {
+/// Puts a chart's rectangle in place, if the piece is within the bound with it or no worse than before, and no `quads` (of corners) have
+/// their other diagonal above the cap by it, as where a side that is straight now holds three corners of one.
+fn accept(uv: &mut [DVec2], laid: &mut [DVec2], faces: &[u32], quads: &[Quad], surface: &Surface, bound: f64) -> bool {
     let (before, flat) = (distortion(uv, surface.rest), flat_area(surface.rest));
     let most = 4.0 * most_distorted(bound);
     let sound = faces.iter().map(|f| *f as usize).all(|f| {
         let energy = surface.rest[f].energy([laid[3 * f], laid[3 * f + 1], laid[3 * f + 2]]);
         energy.is_finite() && (energy <= most || surface.rest[f].area <= flat)
     });
-    if !sound {
+    let is_fine = |quad: &Quad, x: &[DVec2]| {
+        quad.across().into_iter().zip(quad.rest).all(|(t, rest)| rest.energy(t.map(|c| x[c as usize])) <= most)
+    };
+    if !sound || quads.iter().any(|q| is_fine(q, uv) && !is_fine(q, laid)) {
         return false;
     }
     exchange(uv, laid, faces);

@@ -107,9 +107,8 @@ mod tests {
     use super::super::disks::slit_holes;
     use super::*;
     use crate::charts::list::ChartList;
-    use crate::mesh::topology::twins;
-    use crate::mesh::view::MeshView;
-    use crate::solve::energy::Rest;
+    use crate::charts::surface_tests::on_surface;
+    use crate::mesh::view::{MeshView, next};
     use std::vec;
     use std::vec::Vec;
 
@@ -126,17 +125,11 @@ mod tests {
         };
         // Top, bottom, rim, bore.
         let faces: Vec<[u32; 3]> = side(0, 4).chain(side(12, 8)).chain(side(8, 0)).chain(side(4, 12)).collect();
-        let mesh = MeshView { positions: &positions, faces: &faces };
-        let mut memory = vec![0; 1 << 20];
-        let mut keep = Scratch::new(&mut memory);
-        let mut twin = vec![0; mesh.corner_count()];
-        twins(&mut twin, mesh, keep.frame()).unwrap();
-        let rest: Vec<Rest> = faces.iter().map(|f| Rest::new(f.map(|v| positions[v as usize]), 0.0)).collect();
-        let ends = |c: u32| [mesh.position(c), mesh.position(crate::mesh::view::next(c))];
-        let price = |[p, q]: [DVec3; 2]| if dear(p, q) || dear(q, p) { f64::INFINITY } else { p.distance(q) };
-        let cost: Vec<f64> = (0..twin.len() as u32).map(|c| price(ends(c))).collect();
-        let surface = Surface::new(mesh, &twin, &rest, &cost, &mut keep).unwrap();
-        then(&surface, keep)
+        let price = |mesh: MeshView, c: u32| {
+            let (p, q) = (mesh.position(c), mesh.position(next(c)));
+            if dear(p, q) || dear(q, p) { f64::INFINITY } else { p.distance(q) }
+        };
+        on_surface(&positions, &faces, price, then)
     }
 
     /// Edges that are cut, and whether all charts are disks.

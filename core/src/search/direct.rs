@@ -128,6 +128,6 @@ fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: 
     }
     rounds.unroll(scratch.frame())?;
     // What reads charts after the search reads disks: holes have slits again, whose sides lie on each other.
-    slit_holes(rounds.cut, rounds.surface, scratch.frame())?;
+    slit_holes(rounds.cut, rounds.surface, scratch)?;
     rounds.mark()
 }

@@ -99,24 +99,18 @@ fn from_openings(
     surface: &Surface,
     budget: Budget,
     best: [f64; 2],
-    mut scratch: Scratch,
+    scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
 ) -> Result<[f64; 2], StageError> {
-    let (other_uv, other_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
-    if !cut_around_openings(other_cut, surface, scratch.frame())? {
-        return Ok(best);
-    }
-    marks.mark(0)?;
-    let budget = Budget { ends_early: false, ..budget };
-    search_from(other_uv, other_cut, surface, budget, Trials::All, scratch.frame(), workers, marks)?;
-    let price = price_of(other_uv, other_cut, surface, &budget, scratch)?;
-    if price < best {
-        uv.copy_from(other_uv);
-        cut.copy_from(other_cut);
-        return Ok(price);
-    }
-    Ok(best)
+    keep_better(uv, cut, surface, budget, best, scratch, |uv, cut, budget, mut scratch| {
+        if !cut_around_openings(cut, surface, scratch.frame())? {
+            return Ok(false);
+        }
+        marks.mark(0)?;
+        search_from(uv, cut, surface, budget, Trials::All, scratch, workers, marks)?;
+        Ok(true)
+    })
 }
 
 /// One more search, the draw of that number: puts it in place where its price is less than `best`, and returns the lesser.
@@ -134,15 +128,34 @@ pub fn draw(
 ) -> Result<[f64; 2], StageError> {
     marks.mark(0)?;
     let cost = scratch.take::<f64>(cut.len())?;
-    let (drawn_uv, drawn_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
     sway(cost, surface, hash(budget.draws.seed, 0xd4a3, u64::from(number)));
     let swayed = Surface { cost, ..*surface };
+    keep_better(uv, cut, surface, budget, best, scratch, |uv, cut, budget, scratch| {
+        search_anew(uv, cut, &swayed, budget, Trials::All, scratch, workers, marks)?;
+        Ok(true)
+    })
+}
+
+/// Another search, in memory of its own; it answers whether it found charts. They are put in place where their price is less than `best`;
+/// returns the lesser.
+fn keep_better(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    best: [f64; 2],
+    mut scratch: Scratch,
+    search: impl FnOnce(&mut [DVec2], &mut [u8], Budget, Scratch) -> Result<bool, StageError>,
+) -> Result<[f64; 2], StageError> {
+    let (other_uv, other_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
     let budget = Budget { ends_early: false, ..budget };
-    search_anew(drawn_uv, drawn_cut, &swayed, budget, Trials::All, scratch.frame(), workers, marks)?;
-    let price = price_of(drawn_uv, drawn_cut, surface, &budget, scratch)?;
+    if !search(other_uv, other_cut, budget, scratch.frame())? {
+        return Ok(best);
+    }
+    let price = price_of(other_uv, other_cut, surface, &budget, scratch)?;
     if price < best {
-        uv.copy_from(drawn_uv);
-        cut.copy_from(drawn_cut);
+        uv.copy_from(other_uv);
+        cut.copy_from(other_cut);
         return Ok(price);
     }
     Ok(best)

@@ -6,6 +6,7 @@
 //! Guarantee: disks stay disks: a path that ends freely is a slit, one that ends on another cut parts a chart in two.
 //! Cost: O(n log n) in the charts that hold what is too distorted.
 
+use crate::base::listing::list_once;
 use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::sort;
@@ -120,15 +121,6 @@ fn spread_excess(
         list[..count].iter().for_each(|v| density[*v as usize] = smooth[*v as usize]);
     }
     Ok(())
-}
-
-/// Puts a vertex at place `count` of the list unless it is there; returns how many were put.
-fn list_once(v: u32, is_listed: &mut [u8], list: &mut [u32], count: usize) -> usize {
-    if core::mem::replace(&mut is_listed[v as usize], 1) != 0 {
-        return 0;
-    }
-    list[count] = v;
-    1
 }
 
 /// Moves the items that are wanted to the front, in their order; returns how many there are.

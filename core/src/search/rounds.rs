@@ -169,33 +169,30 @@ impl Rounds<'_> {
 
     /// The same for the charts with a changed face.
     fn part_changed(&mut self, mut scratch: Scratch) -> Result<(), StageError> {
-        let mut cuts_out = None; // whether the next round does
+        let mut has_cut_out = false;
         for round in 0.. {
-            self.mark()?;
-            let how = match round {
-                _ if cuts_out == Some(true) => Split::Islands,
-                round if round < SPLITS => Split::Cheapest,
-                _ => Split::Halves,
-            };
-            cuts_out = cuts_out.map(|_| false);
-            let Self { uv, cut, changed, surface, workers, .. } = self;
-            let found = split_overlaps(cut, changed, uv, surface, how, scratch.frame(), *workers)?;
-            if found == 0 {
-                break;
-            }
-            if !self.changed.contains(&1) {
-                // No path parts them, as between a lid of one polygon and what lies on it. Once that is cut out, what is left are
-                // polygons that overlap themselves.
-                if cuts_out.is_some() {
-                    break;
-                }
-                cuts_out = Some(true);
+            let how = if round < SPLITS { Split::Cheapest } else { Split::Halves };
+            let mut found = self.split(how, scratch.frame())?;
+            if found > 0 && !self.changed.contains(&1) && !has_cut_out {
+                // No path parts them, as between a lid of one polygon and what lies on it.
+                has_cut_out = true;
                 self.changed.fill(1);
-                continue;
+                found = self.split(Split::Islands, scratch.frame())?;
+            }
+            // What is left are polygons that overlap themselves.
+            if found == 0 || !self.changed.contains(&1) {
+                break;
             }
             self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
         }
         Ok(())
+    }
+
+    /// Passes a mark and parts the charts with a changed face that overlap themselves once; returns how many faces overlapped before.
+    fn split(&mut self, how: Split, scratch: Scratch) -> Result<usize, StageError> {
+        self.mark()?;
+        let Self { uv, cut, changed, surface, workers, .. } = self;
+        Ok(split_overlaps(cut, changed, uv, surface, how, scratch, *workers)?)
     }
 
     /// Splits charts until none is bulky or overlaps itself.
