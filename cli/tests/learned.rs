@@ -68,6 +68,39 @@ fn the_atlas_keeps_every_guarantee_however_little_was_learned() {
 }
 
 #[test]
+fn a_slit_that_the_exact_stages_close_stays_closed_and_a_saved_map_knows_it() {
+    let dir = folder();
+    let dir = dir.path();
+    fs::copy(fixture("solids/plate_x4_y3_b8_r0.2_d0.2_quad.obj"), dir.join("a.obj")).expect("a fixture");
+    let noticed = |report: &serde_json::Value| report["metrics"]["noticed_seam_len_norm"].as_f64().expect("a length");
+    let output = seamwright(dir, &["unwrap", "a.obj", "-o", "exact.obj", "--json", "e.json", "-q"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let exact: serde_json::Value =
+        serde_json::from_slice(&fs::read(dir.join("e.json")).expect("written")).expect("JSON");
+    // Few steps, after which nearly all is corrected; and many.
+    for steps in ["20", "400"] {
+        let (obj, _, report) = run(dir, &["--steps", steps]);
+        // The same seams.
+        assert!((noticed(&report) - noticed(&exact)).abs() <= 1e-9 * noticed(&exact), "{steps}");
+        let output = seamwright(dir, &["apply", "a.obj", "--map", "m.map", "-o", "out.obj", "-q"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(fs::read(dir.join("out.obj")).expect("written") == obj, "{steps}");
+    }
+}
+
+#[test]
+fn copies_are_learned_once_and_weigh_in_the_bound_as_often_as_they_are_there() {
+    let dir = folder();
+    fs::copy(fixture("faults/copies.obj"), dir.path().join("a.obj")).expect("a fixture");
+    for steps in ["5", "20", "200"] {
+        let (_, _, report) = run(dir.path(), &["--steps", steps]);
+        let map = &report["learning"]["map"];
+        assert_eq!((&map["charts"], &map["faces"], &map["other_faces"]), (&2.into(), &8.into(), &0.into()), "{steps}");
+        assert!(report["result"]["distortion"].as_f64() <= Some(1.0250001), "{steps}: {}", report["result"]);
+    }
+}
+
+#[test]
 fn the_network_itself_holds_the_map_of_a_torus_where_it_is_given_the_steps() {
     let dir = folder();
     let args = ["unwrap", "a.obj", "-o", "out.obj", "--method", "neural", "--steps", "800", "--json", "r.json", "-q"];

@@ -60,9 +60,9 @@ impl Fitting<'_> {
 /// What was learned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FitSummary {
-    /// Charts that the network maps.
+    /// Charts that the network maps; those of copies, which have the charts of another piece, do not count.
     pub charts: usize,
-    /// Faces that it maps, and all of those that were to be mapped.
+    /// Faces that it maps, with those of copies, and all of those that were to be mapped.
     pub faces: [usize; 2],
     /// Nodes (wedges) that it maps.
     pub nodes: usize,

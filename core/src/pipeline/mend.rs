@@ -33,6 +33,8 @@ pub(super) struct Mending<'m> {
     pub charts: &'m CutMesh<'m>,
     /// Rest shape of each face of the surface, by a function since pieces have them in another order.
     pub rest: &'m dyn Fn(u32) -> Rest,
+    /// What the faces that are not learned add to the mean.
+    pub others: Strain,
     /// The valid map: UVs of all nodes.
     pub given: &'m [DVec2],
     /// Bound on the mean symmetric Dirichlet energy over 4.
@@ -101,9 +103,9 @@ impl Mending<'_> {
         })
     }
 
-    /// Mean symmetric Dirichlet energy over 4, after the best scale.
+    /// Mean symmetric Dirichlet energy over 4, after the best scale, of these faces and the others.
     fn mean(&self, x: &[DVec2]) -> f64 {
-        let mut strain = Strain::default();
+        let mut strain = self.others;
         for f in self.charts.faces {
             let rest = (self.rest)(*f);
             if rest.area > 0.0 {

@@ -16,9 +16,11 @@ use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
 use crate::base::workers::Workers;
+use crate::charts::copies::Copies;
 use crate::charts::cut_mesh::{CutMesh, cut_mesh_need};
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
+use crate::first::disks::slit_holes;
 use crate::judge::distortion::{Sound, distortion, distortion_need};
 use crate::judge::input::{UvMesh, areas};
 use crate::learn::chart_net::ChartNet;
@@ -28,6 +30,7 @@ use crate::learn::tape::distortion::REST;
 use crate::learn::tape::gap::JACOBIAN;
 use crate::mesh::view::NONE;
 use crate::mesh::working::Working;
+use crate::solve::bound::{Strain, flat_area};
 use crate::solve::modes::modes_need;
 use crate::solve::relax::relax_need;
 use core::fmt::Write;
@@ -41,9 +44,18 @@ const NOTE: usize = 100;
 pub(super) struct CutScene<'s> {
     pub working: &'s Working<'s>,
     pub pieces: &'s Pieces<'s>,
+    /// What is a copy has the map of its original, which alone is learned.
+    pub copies: Copies<'s>,
     /// Bound on the mean symmetric Dirichlet energy over 4.
     pub bound: f64,
     pub workers: &'s dyn Workers,
+}
+
+impl CutScene<'_> {
+    /// The pieces that are learned.
+    fn originals(&self) -> impl Iterator<Item = usize> {
+        (0..self.pieces.count()).filter(|p| !self.copies.is_copy(*p))
+    }
 }
 
 /// Scratch bytes beyond those of the exact method.
@@ -79,14 +91,9 @@ pub(super) fn neural(
     let CutScene { working, pieces, workers, .. } = *scene;
     let corners = working.twin.len();
     let slot = scratch.take_filled::<u32>(corners, NONE)?; // of each corner of the working mesh
-    pieces.source.iter().zip(0..).for_each(|(c, at)| slot[*c as usize] = at);
+    scene.originals().flat_map(|p| pieces.corners(p)).for_each(|at| slot[pieces.source[at] as usize] = at as u32);
     let all_cut = &mut fitting.map.cut[..corners];
-    if fitting.is_given {
-        pieces.source.iter().zip(cut.iter_mut()).for_each(|(c, cut)| *cut = all_cut[*c as usize]);
-    } else {
-        all_cut.fill(1);
-        pieces.source.iter().enumerate().for_each(|(at, c)| all_cut[*c as usize] = u8::from(pieces.is_open(cut, at)));
-    }
+    settle_cuts(cut, all_cut, uv, scene, fitting.is_given, scratch.frame())?;
     let mesh = working.mesh();
     let (rest, cost, start, listed) = Default::default();
     let surface = Surface { mesh, twin: working.twin, rest, cost, start, corners: listed, stays_whole: false };
@@ -109,18 +116,102 @@ pub(super) fn neural(
     own_map(own, net, features, fitting, scratch.frame(), workers)?;
     fitting.summary.own = own_figures(own, charts, working, scratch.frame())?;
     x.iter_mut().zip(own.iter()).for_each(|(x, own)| *x = *own);
-    let rest = |f: u32| pieces.rest()[slot[3 * f as usize] as usize / 3];
-    let mending = Mending { charts, rest: &rest, given, bound: scene.bound, workers };
-    mend(x, &mending, scratch.frame())?;
+    let times = times(pieces, scene.copies, &mut scratch)?;
+    mend_learned(x, given, uv, slot, times, charts, scene, scratch.frame())?;
     write_back(uv, x, own, slot, charts, fitting);
     let FitSummary { moved, moved_nodes, .. } = &mut fitting.summary;
     (*moved, *moved_nodes) = moves(x, own, scratch)?;
     let area: f64 = pieces.rest().iter().map(|rest| rest.area).sum();
     moved.iter_mut().for_each(|far| *far /= sqrt(area).max(f64::MIN_POSITIVE));
     fitting.summary.charts = charts.count();
-    fitting.summary.faces = [charts.faces.len(), pieces.rest().len()];
+    let learned: u32 = charts.faces.iter().map(|f| times[slot[3 * *f as usize] as usize / 3]).sum();
+    fitting.summary.faces = [learned as usize, pieces.rest().len()];
     fitting.summary.nodes = nodes;
     Ok(())
+}
+
+/// Writes the cuts of the map to `all_cut`, or takes them from there where it `is_given`; those of the pieces leave disks again.
+fn settle_cuts(
+    cut: &mut [u8],
+    all_cut: &mut [u8],
+    uv: &[DVec2],
+    scene: &CutScene,
+    is_given: bool,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let pieces = scene.pieces;
+    if is_given {
+        pieces.source.iter().zip(cut.iter_mut()).for_each(|(c, cut)| *cut = all_cut[*c as usize]);
+    } else {
+        for p in scene.originals() {
+            let slots = pieces.corners(p);
+            drop_closed(&mut cut[slots.clone()], &uv[slots], &pieces.bare_surface(p), scratch.frame())?;
+        }
+        all_cut.fill(1);
+        pieces.source.iter().enumerate().for_each(|(at, c)| all_cut[*c as usize] = u8::from(pieces.is_open(cut, at)));
+    }
+    for p in scene.originals() {
+        let mut frame = scratch.frame();
+        let surface = pieces.surface(p, &mut frame)?;
+        slit_holes(&mut cut[pieces.corners(p)], &surface, frame)?;
+    }
+    Ok(())
+}
+
+/// Drops the cuts inside charts that the map `uv` does not open: a network would have to learn both of their sides alike.
+fn drop_closed(cut: &mut [u8], uv: &[DVec2], surface: &Surface, mut scratch: Scratch) -> Result<(), ScratchTooSmall> {
+    let faces = surface.mesh.faces.len();
+    let (chart, queue) = (scratch.take::<u32>(faces)?, scratch.take::<u32>(faces)?);
+    surface.charts(cut, chart, queue);
+    for c in 0..cut.len() as u32 {
+        let is_inside = |t: u32| chart[c as usize / 3] == chart[t as usize / 3];
+        if cut[c as usize] != 0 && surface.is_closed(uv, c) && is_inside(surface.twin[c as usize]) {
+            surface.set_cut(cut, c, false);
+        }
+    }
+    Ok(())
+}
+
+/// Mends the learned map `x` of the nodes, which have places in the map `given` and corners have in `uv`. A shape weighs as often as
+/// the mesh has it.
+#[allow(clippy::too_many_arguments)]
+fn mend_learned(
+    x: &mut [DVec2],
+    given: &[DVec2],
+    uv: &[DVec2],
+    slot: &[u32],
+    times: &[u32],
+    charts: &CutMesh,
+    scene: &CutScene,
+    scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let CutScene { pieces, bound, workers, .. } = *scene;
+    let rest_at = |face: usize| {
+        let mut rest = pieces.rest()[face];
+        rest.area *= f64::from(times[face]);
+        rest
+    };
+    let rest = |f: u32| rest_at(slot[3 * f as usize] as usize / 3);
+    let flat = flat_area(pieces.rest());
+    let is_learned = |face: usize| charts.node[pieces.source[3 * face] as usize] != NONE;
+    let mut others = Strain::default();
+    let counted = |face: &usize| times[*face] > 0 && pieces.rest()[*face].area > flat;
+    for face in (0..times.len()).filter(|face| counted(face) && !is_learned(*face)) {
+        others.add(&rest_at(face), [0, 1, 2].map(|i| uv[3 * face + i]));
+    }
+    let mending = Mending { charts, rest: &rest, others, given, bound, workers };
+    mend(x, &mending, scratch)
+}
+
+/// How many times the mesh has each face, in the order of the pieces: 0 of a copy's.
+fn times<'k>(pieces: &Pieces, copies: Copies, keep: &mut Scratch<'k>) -> Result<&'k [u32], ScratchTooSmall> {
+    let times = keep.take::<u32>(pieces.rest().len())?;
+    let counts = copies.counts(pieces.count(), keep)?;
+    for (p, count) in counts.iter().enumerate() {
+        let corners = pieces.corners(p);
+        times[corners.start / 3..corners.end / 3].fill(*count);
+    }
+    Ok(times)
 }
 
 /// Moves each chart's middle to the origin.

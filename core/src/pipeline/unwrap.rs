@@ -205,7 +205,8 @@ impl Attempt<'_> {
         match method {
             Method::Exact => {}
             Method::Neural(fitting) => {
-                let scene = CutScene { working: &working, pieces: &pieces, bound: settings.distortion, workers };
+                let scene =
+                    CutScene { working: &working, pieces: &pieces, copies, bound: settings.distortion, workers };
                 neural(uv, cut, &scene, fitting, frame.frame(), progress)?;
             }
             Method::Published(learning) => published(uv, cut, &scene, learning, frame.frame(), progress)?,
