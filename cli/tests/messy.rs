@@ -88,6 +88,26 @@ fn seams_that_are_kept_get_no_charts_beside_them() {
 }
 
 #[test]
+fn an_atlas_of_ours_keeps_its_seams_though_its_charts_have_holes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let plate = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/solids/plate_x4_y3_b8_r0.2_d0.2_quad.obj");
+    let command = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_seamwright"));
+        let output = command.args(args).current_dir(folder.path()).output().expect("the command starts");
+        assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice::<Value>(&output.stdout).unwrap_or_default()
+    };
+    command(&["unwrap", plate.to_str().expect("a path in UTF-8"), "-o", "first.obj", "-q"]);
+    command(&["unwrap", "first.obj", "-o", "again.obj", "-q", "--keep-seams"]);
+    let [first, again] =
+        ["first.obj", "again.obj"].map(|name| command(&["measure", name, "--json", "--exposure", "none"]));
+    assert!(first["non_disk_charts"].as_u64() > Some(0), "{first}");
+    for figure in ["charts", "seam_edges", "seam_length", "non_disk_charts", "overlapping_faces", "flipped_faces"] {
+        assert_eq!(first[figure], again[figure], "{figure}");
+    }
+}
+
+#[test]
 fn charts_that_lie_upon_one_another_are_told_apart_by_the_vertices_of_the_file() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/faults");
     for (name, charts, seams) in [("copies.obj", 2, 6), ("flap_with_uv.obj", 1, 1)] {

@@ -55,7 +55,7 @@ pub fn boundary_loops(
 }
 
 /// How many loops the border has; `done` is zero, one entry a half-edge.
-pub(super) fn count_loops(twin: &[u32], done: &mut [u8]) -> usize {
+pub fn count_loops(twin: &[u32], done: &mut [u8]) -> usize {
     let mut loops = 0;
     for h in (0..twin.len()).filter(|h| twin[*h] == NONE) {
         loops += usize::from(done[h] == 0);

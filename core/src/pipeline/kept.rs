@@ -1,6 +1,6 @@
 //! The maps that a file came with, taken over where they do what is asked: then no cut is added to its seams.
 //!
-//! A piece that the file's seams leave is taken over where it is a disk, has a UV at every corner, no face turned over (or the
+//! A piece that the file's seams leave is taken over where it is a disk, with holes or without, has a UV at every corner, no face turned over (or the
 //! whole of it mirrored) and no overlap with itself, and the bound holds: on the mean of all such pieces, or on its own. Each
 //! is scaled to its area in space, which packing keeps. Faces without area do not count.
 //! Guarantee: what is taken over is moved, mirrored and scaled as a whole, no more. Cost: O(f log f).
@@ -8,8 +8,10 @@
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::workers::Workers;
+use crate::charts::copies::Copies;
 use crate::charts::pieces::Pieces;
-use crate::mesh::loops::border_count;
+use crate::first::disks::slit_holes;
+use crate::mesh::loops::{border_count, count_loops};
 use crate::mesh::view::NONE;
 use crate::mesh::working::Working;
 use crate::search::split::self_overlaps;
@@ -34,7 +36,10 @@ pub fn take_over(
     uv.iter_mut().enumerate().for_each(|(slot, uv)| *uv = of(slot));
     let (mut energy, mut area) = (0.0, 0.0); // of all that may be taken over
     let own = scratch.take_filled::<f64>(pieces.count(), f64::INFINITY)?; // mean energy over 4
-    for (p, own) in own.iter_mut().enumerate().filter(|(p, _)| is_disk(pieces, *p)) {
+    for (p, own) in own.iter_mut().enumerate() {
+        if !is_flat_shape(pieces, p, scratch.frame())? {
+            continue;
+        }
         if let Some(fit) = fit(&mut uv[pieces.corners(p)], pieces, p) {
             *own = fit.mean;
             energy += fit.mean * fit.area;
@@ -58,10 +63,30 @@ pub fn take_over(
     Ok(())
 }
 
-fn is_disk(pieces: &Pieces, p: usize) -> bool {
+/// Cuts from the holes of the pieces that are `kept`, but copies, to their outer borders: what places charts knows disks. Both sides of
+/// such a cut lie on each other.
+pub fn slit_kept(
+    cut: &mut [u8],
+    kept: &[u8],
+    pieces: &Pieces,
+    copies: Copies,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    for p in (0..pieces.count()).filter(|p| kept[*p] != 0 && !copies.is_copy(*p)) {
+        let mut frame = scratch.frame();
+        let surface = pieces.surface(p, &mut frame)?;
+        slit_holes(&mut cut[pieces.corners(p)], &surface, frame)?;
+    }
+    Ok(())
+}
+
+/// Whether a plane can hold piece `p`: a sphere with one hole or more.
+fn is_flat_shape(pieces: &Pieces, p: usize, mut scratch: Scratch) -> Result<bool, ScratchTooSmall> {
     let surface = pieces.bare_surface(p);
+    let done = scratch.take::<u8>(surface.twin.len())?;
+    let loops = count_loops(surface.twin, done);
     let edges = (surface.twin.len() + border_count(surface.twin)) / 2;
-    pieces.vertex_count(p) + surface.mesh.faces.len() == edges + 1
+    Ok(loops > 0 && pieces.vertex_count(p) + surface.mesh.faces.len() + loops == edges + 2)
 }
 
 struct KeptFit {

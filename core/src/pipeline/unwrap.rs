@@ -6,7 +6,7 @@ use super::exposure::{expose, share_exposure};
 use super::fitting::Fitting;
 use super::forced::{Forcing, Layout, Planes, lay_out};
 use super::input::{Input, Output};
-use super::kept::take_over;
+use super::kept::{slit_kept, take_over};
 use super::learning::{LearnScene, Learning};
 use super::neural::{CutScene, neural};
 use super::published::published;
@@ -190,6 +190,7 @@ impl Attempt<'_> {
             Alike::find(cost, uv, kept, &pieces, tolerance, mirror, settings, &mut frame)?;
         let all_uv = uv;
         let (uv, cut) = (&mut all_uv[..pieces.source.len()], &mut cut[..pieces.source.len()]);
+        slit_kept(cut, kept, &pieces, copies, frame.frame())?;
         let total = pieces.count();
         let open = |c: u32| output.exposure[working.vertex_source[working.mesh().vertex(c) as usize] as usize];
         let scene = LearnScene { pieces: &pieces, kept, open: &open, budget, workers };
