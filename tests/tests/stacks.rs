@@ -234,3 +234,52 @@ fn pages_that_share_an_edge_lie_on_one_another() {
     let mesh = Mesh { corner_uv: Some(atlas.corner_uv), ..scene.mesh };
     assert_eq!(verdict(&mesh, Rules { stacks: true, ..Rules::default() }).faults, []);
 }
+
+/// Unwrapped again with the seams of `atlas` kept.
+fn kept(scene: &mut Scene, atlas: &Atlas, stack: Stacking) -> (Atlas, Report) {
+    scene.mesh.corner_uv = Some(atlas.corner_uv.clone());
+    let told =
+        Input { kept_uv: scene.mesh.corner_uv.as_deref(), tolerance: scene.mesh.tolerance, ..input(&scene.mesh) };
+    let settings = Settings { rays: 64, effort: 0.1, stack, ..Settings::default() };
+    run_told(&told, &settings, &Serial, 0, &mut Silent, &AtomicBool::new(false)).expect("an atlas")
+}
+
+#[test]
+fn kept_charts_that_are_alike_lie_on_one_another() {
+    let body = body();
+    let mut scene = scene(&body, &[false; 4]);
+    let (apart, first) = unwrapped(&scene, Stacking::Off, 0, &Serial);
+    let (atlas, report) = kept(&mut scene, &apart, Stacking::Same);
+    assert_eq!((report.chart_count, 4 * report.stacked), (first.chart_count, 3 * first.chart_count));
+    assert!((report.distortion - first.distortion).abs() < 1e-6, "{} {}", report.distortion, first.distortion);
+    let m = judge(&scene.mesh, &atlas);
+    assert_eq!((m.exact.overlapping_faces, m.exact.flipped_faces, m.stacked.charts), (0, 0, report.stacked));
+}
+
+#[test]
+fn where_kept_uvs_are_folded_over_both_halves_are_kept() {
+    let (pear, _) = pear();
+    let mut scene = scattered(&[Placed { mesh: &pear, mirrored: false }], 5, Some(6));
+    let (folded, first) = unwrapped(&scene, Stacking::Mirrored, 0, &Serial);
+    for stack in [Stacking::Off, Stacking::Mirrored] {
+        let (atlas, report) = kept(&mut scene, &folded, stack);
+        let stacked = if stack == Stacking::Off { 0 } else { first.stacked };
+        assert_eq!((report.chart_count, report.stacked), (first.chart_count, stacked), "{stack:?}");
+        assert!((report.distortion - first.distortion).abs() < 1e-6, "{} {}", report.distortion, first.distortion);
+        let m = judge(&scene.mesh, &atlas);
+        assert_eq!((m.exact.overlapping_faces, m.exact.flipped_faces), (0, 0));
+    }
+}
+
+#[test]
+fn faces_that_a_file_has_twice_are_laid_apart() {
+    let (pear, _) = pear();
+    let twice: Vec<Vec<u32>> = (0..2).flat_map(|_| pear.polygons()).map(|at| pear.corners[at].to_vec()).collect();
+    let twice = mesh(pear.positions, &twice);
+    let scene = scattered(&[Placed { mesh: &twice, mirrored: false }], 5, Some(6));
+    let (atlas, report) = unwrapped(&scene, Stacking::Same, 0, &Serial);
+    let m = judge(&scene.mesh, &atlas);
+    assert_eq!((report.stacked, m.exact.overlapping_faces, m.exact.flipped_faces), (0, 0, 0));
+    let mesh = Mesh { corner_uv: Some(atlas.corner_uv), ..scene.mesh };
+    assert_eq!(verdict(&mesh, Rules { stacks: true, ..Rules::default() }).faults, []);
+}

@@ -26,6 +26,27 @@ pub struct Copies<'a> {
     mirrored: &'a [u8],  // (pieces)
 }
 
+/// Which pieces may have the charts of others.
+#[derive(Clone, Copy)]
+pub struct Who<'w> {
+    /// Pieces whose maps are kept (one a piece; no entry: not kept). They stand for themselves, but where copies are stacked, as they then are
+    /// as well: among themselves.
+    pub kept: &'w [u8],
+    /// Where copies are laid over their originals: whether two corners, by their places, are one corner in the file. A piece that has
+    /// its original's corners all over stands for itself.
+    pub stacked: Option<&'w dyn Fn(usize, usize) -> bool>,
+}
+
+impl Who<'_> {
+    fn is_kept(&self, p: u32) -> bool {
+        self.kept.get(p as usize).is_some_and(|kept| *kept != 0)
+    }
+
+    fn stands_alone(&self, p: u32) -> bool {
+        self.is_kept(p) && self.stacked.is_none()
+    }
+}
+
 /// Scratch bytes that [`Copies::find`] keeps.
 pub const fn copies_keep(faces: usize) -> usize {
     bytes_for::<u32>(3 * faces) + 2 * bytes_for::<u32>(faces) + bytes_for::<u8>(faces)
@@ -41,11 +62,11 @@ pub const fn copies_need(faces: usize) -> usize {
 }
 
 impl<'a> Copies<'a> {
-    /// Finds them. Pieces that are marked in `kept` (one a piece; no entry: not marked) stand for themselves.
+    /// Finds them among the pieces that `who` tells of.
     /// `mirror` names the mirror image of each corner of the given mesh, or none: what is a mirror image of another piece is laid on it so.
     pub fn find(
         pieces: &Pieces,
-        kept: &[u8],
+        who: Who,
         likeness: Likeness,
         mirror: &[u32], // (3 f of the given mesh), or empty
         keep: &mut Scratch<'a>,
@@ -63,10 +84,10 @@ impl<'a> Copies<'a> {
         {
             let mut frame = keep.frame();
             let halves = Halves::new(pieces, mirror, &mut frame)?;
-            gathering.gather(leader, &halves, kept, frame)?;
+            gathering.gather(leader, &halves, who, frame)?;
             gathering.unfold(leader, &halves);
         }
-        gathering.begin_with_first(original, leader, keep.frame())?;
+        gathering.begin_with_first(original, leader, who, keep.frame())?;
         if original.iter().zip(0..).all(|(o, p)| *o == p) {
             return Ok(Self::default());
         }
@@ -217,7 +238,7 @@ impl Gathering<'_, '_> {
         &mut self,
         leader: &mut [u32],
         halves: &Halves,
-        kept: &[u8],
+        who: Who,
         mut scratch: Scratch,
     ) -> Result<(), ScratchTooSmall> {
         let count = leader.len();
@@ -233,7 +254,7 @@ impl Gathering<'_, '_> {
             let slack = of(&p).slack(self.likeness);
             leader[p as usize] = p;
             self.lie_still(p as usize);
-            if kept.get(p as usize).is_some_and(|kept| *kept != 0) || halves.first(p as usize, self.pieces).is_some() {
+            if who.stands_alone(p) || halves.first(p as usize, self.pieces).is_some() {
                 continue;
             }
             // The nearest areas come last.
@@ -241,7 +262,7 @@ impl Gathering<'_, '_> {
                 .iter()
                 .rev()
                 .take_while(|l| of(l).counts == of(&p).counts && of(&p).area - of(l).area <= slack * of(&p).length);
-            for l in near.take(TRIES) {
+            for l in near.filter(|l| who.is_kept(**l) == who.is_kept(p)).take(TRIES) {
                 if self.lay(p as usize, *l as usize, [of(&p), of(l)], slack, scratch.frame())? {
                     leader[p as usize] = *l;
                     break;
@@ -299,6 +320,7 @@ impl Gathering<'_, '_> {
         &mut self,
         original: &mut [u32],
         leader: &[u32],
+        who: Who,
         mut scratch: Scratch,
     ) -> Result<(), ScratchTooSmall> {
         let first = scratch.take_filled::<u32>(leader.len(), NONE)?;
@@ -318,6 +340,16 @@ impl Gathering<'_, '_> {
             self.image[self.pieces.corners(o)].iter().zip(0..).for_each(|(i, c)| back[*i as usize] = c);
             self.image[self.pieces.corners(p)].iter_mut().for_each(|i| *i = back[*i as usize]);
             self.is_mirrored[p] ^= self.is_mirrored[o];
+        }
+        for (p, original) in original.iter_mut().enumerate() {
+            let onto = self.pieces.corners(*original as usize).start;
+            let image = |slot: usize| onto + self.image[slot] as usize;
+            let is_one =
+                |same: &dyn Fn(usize, usize) -> bool| self.pieces.corners(p).all(|slot| same(slot, image(slot)));
+            // No reader of a file could tell the two apart.
+            if *original as usize != p && who.stacked.is_some_and(is_one) {
+                *original = p as u32;
+            }
         }
         (0..original.len()).filter(|p| original[*p] as usize == *p).for_each(|p| self.lie_still(p));
         Ok(())

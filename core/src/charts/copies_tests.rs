@@ -1,7 +1,7 @@
 //! Copies among small bodies.
 
 use super::congruence::Likeness;
-use super::copies::{Copies, copies_need};
+use super::copies::{Copies, Who, copies_need};
 use super::pieces::{Pieces, pieces_need};
 use crate::base::scratch::Scratch;
 use crate::mesh::topology::{twins, twins_need};
@@ -59,9 +59,14 @@ fn with<T>(
     let mut bytes = vec![0; pieces_need(faces.len())];
     let pieces = Pieces::new(mesh, &twin, &vec![0; corners], &cost, &mut Scratch::new(&mut bytes)).unwrap();
     let mut bytes = vec![0; copies_need(faces.len())];
-    let copies =
-        Copies::find(&pieces, kept, Likeness { mirrored, ..Likeness::exact(1e-9) }, &[], &mut Scratch::new(&mut bytes))
-            .unwrap();
+    let copies = Copies::find(
+        &pieces,
+        Who { kept, stacked: None },
+        Likeness { mirrored, ..Likeness::exact(1e-9) },
+        &[],
+        &mut Scratch::new(&mut bytes),
+    )
+    .unwrap();
     then(&pieces, &copies)
 }
 
@@ -147,8 +152,14 @@ fn short_memory_is_an_error() {
     let (a, b) = (moved(1), moved(2));
     with(scene(&[&a, &b], &[false; 2]), &[], false, |pieces, _| {
         for bytes in [0, 16, 100, 250] {
-            let found = Copies::find(pieces, &[], Likeness::exact(0.0), &[], &mut Scratch::new(&mut vec![0; bytes]))
-                .map(|_| ());
+            let found = Copies::find(
+                pieces,
+                Who { kept: &[], stacked: None },
+                Likeness::exact(0.0),
+                &[],
+                &mut Scratch::new(&mut vec![0; bytes]),
+            )
+            .map(|_| ());
             assert!(found.is_err(), "{bytes}");
         }
     });

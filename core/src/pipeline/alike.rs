@@ -6,7 +6,7 @@ use crate::base::real::for_cost;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::Slices;
 use crate::charts::congruence::Likeness;
-use crate::charts::copies::Copies;
+use crate::charts::copies::{Copies, Who};
 use crate::charts::pieces::Pieces;
 use crate::price::cost::FORBIDDEN;
 use glam::DVec2;
@@ -23,20 +23,23 @@ pub(super) struct Alike<'a> {
 
 impl<'a> Alike<'a> {
     /// Finds what is alike among all pieces but what is `kept`; what is worked on comes first in `uv` and `kept` then.
-    /// `mirror` as for [`Copies::find`].
+    /// `mirror` as for [`Copies::find`]; `same` tells whether corners at two places are one corner in the file.
     #[allow(clippy::too_many_arguments)]
     pub fn find(
         cost: &'a mut [f64],
         uv: &mut [DVec2],
         kept: &mut [u8],
         pieces: &Pieces<'a>,
+        same: &dyn Fn(usize, usize) -> bool,
         tolerance: f64,
         mirror: &'a [u32],
         settings: &Settings,
         keep: &mut Scratch<'a>,
     ) -> Result<Self, ScratchTooSmall> {
         let likeness = likeness(settings.stack, tolerance);
-        let (mut pieces, mut copies) = price_alike(cost, kept, pieces, likeness, mirror, keep)?;
+        let who = Who { kept, stacked: Some(same).filter(|_| settings.stack != Stacking::Off) };
+        let mut copies = Copies::find(pieces, who, likeness, mirror, keep)?;
+        let mut pieces = price_alike(cost, kept, pieces, copies, keep)?;
         let stacks = Stacks::take_off(&mut pieces, &mut copies, uv, kept, settings, keep)?;
         Ok(Self { pieces, copies, stacks })
     }
@@ -50,19 +53,16 @@ fn likeness(stack: Stacking, tolerance: f64) -> Likeness {
     }
 }
 
-/// Finds copies among all pieces but what is `kept`, and marks them there; returns them and the pieces with their prices, which are
-/// written to `cost` where some are alike.
+/// Marks copies as `kept`; returns the pieces with their prices, which are written to `cost` where some are alike.
 fn price_alike<'c>(
     cost: &'c mut [f64],
     kept: &mut [u8],
     pieces: &Pieces<'c>,
-    likeness: Likeness,
-    mirror: &'c [u32],
+    copies: Copies,
     keep: &mut Scratch<'c>,
-) -> Result<(Pieces<'c>, Copies<'c>), ScratchTooSmall> {
-    let copies = Copies::find(pieces, kept, likeness, mirror, keep)?;
+) -> Result<Pieces<'c>, ScratchTooSmall> {
     if !copies.are_any() {
-        return Ok((*pieces, copies));
+        return Ok(*pieces);
     }
     cost.copy_from(pieces.cost());
     // What is forbidden on one is forbidden on all.
@@ -73,5 +73,5 @@ fn price_alike<'c>(
     };
     copies.share_cost(cost, pieces, keep.frame(), mean)?;
     kept.iter_mut().enumerate().for_each(|(p, kept)| *kept |= u8::from(copies.is_copy(p)));
-    Ok((pieces.priced(cost), copies))
+    Ok(pieces.priced(cost))
 }

@@ -1,14 +1,19 @@
 //! What is cut before the search, whatever it costs.
 
+use super::input::Input;
 use super::settings::{Settings, Straighten};
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::union_find::UnionFind;
 use crate::charts::bands::part_bands;
 use crate::charts::congruence::Likeness;
 use crate::charts::halves::{Parting, part_halves};
 use crate::charts::pieces::Pieces;
 use crate::mesh::view::NONE;
-use crate::mesh::working::{CLOSED, FORCED, Working};
+use crate::mesh::working::{CLOSED, DIAGONAL, FORCED, Working};
 use crate::price::given::{HardEdges, OnMesh};
+use crate::solve::bound::Strain;
+use crate::solve::energy::{MOLLIFY, Rest};
+use glam::DVec2;
 
 /// What is cut whatever it costs beside borders of kept UVs and what the caller wants cut.
 pub(super) struct Forcing<'f> {
@@ -22,14 +27,22 @@ pub(super) struct Forcing<'f> {
     strips: bool,
     /// Mirror planes.
     planes: Option<Planes>,
+    /// UVs of the file's corners, whose borders and folds are.
+    kept_uv: Option<&'f [DVec2]>, // (c), or fewer
+    /// Bound on the mean symmetric Dirichlet energy over 4.
+    bound: f64,
 }
 
+/// Least area of one side of a fold over that of the other: a fold has two halves, a fault a few faces.
+const FOLD: f64 = 0.125;
+
 impl<'f> Forcing<'f> {
-    /// What `settings` and the caller ask for; `count` says whether breaks say anything.
-    pub fn new(parts: Option<&'f [u32]>, settings: &Settings, count: bool, planes: Option<Planes>) -> Self {
+    /// What `settings` and the caller of `input` ask for; `count` says whether breaks say anything.
+    pub fn new(input: &Input<'f>, settings: &Settings, count: bool, planes: Option<Planes>) -> Self {
+        let Input { parts, kept_uv, .. } = *input;
         let breaks = settings.hard_edges == HardEdges::Require;
         let strips = settings.straighten == Straighten::Strips;
-        Self { parts, breaks, closed_breaks: count, strips, planes }
+        Self { parts, breaks, closed_breaks: count, strips, planes, kept_uv, bound: settings.distortion }
     }
 }
 
@@ -62,6 +75,9 @@ pub(super) fn lay_out<'k>(
 ) -> Result<Layout<'k>, ScratchTooSmall> {
     let forced = keep.take::<u8>(working.twin.len())?;
     let closed_breaks = mark_forced(forced, working, given, &forcing);
+    if let Some(uv) = forcing.kept_uv {
+        mark_folds(forced, working, uv, forcing.bound, keep.frame())?;
+    }
     if forcing.strips {
         let mut frame = keep.frame();
         let whole = Pieces::new(working.mesh(), working.twin, forced, cost, &mut frame)?;
@@ -90,6 +106,59 @@ fn mark_forced(forced: &mut [u8], working: &Working, given: &OnMesh, forcing: &F
         closed += usize::from(is_closed && (h as u32) < twin);
     }
     closed
+}
+
+/// Marks the edges along which the file's UVs are folded over: faces up on one side and down on the other, of like size and both within
+/// the bound as they are. What has to be cut anew is no fold.
+fn mark_folds(
+    forced: &mut [u8],
+    working: &Working,
+    uv: &[DVec2],
+    bound: f64,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    let mesh = working.mesh();
+    let uv_of = |face: u32| {
+        let at = |i: u32| uv.get(working.corner_source[(3 * face + i) as usize] as usize).copied();
+        [0, 1, 2].map(|i| at(i).unwrap_or(DVec2::NAN))
+    };
+    let side = |face: u32| {
+        let [a, b, c] = uv_of(face);
+        let area = (b - a).perp_dot(c - a);
+        i8::from(area > 0.0) - i8::from(area < 0.0)
+    };
+    let sheet = scratch.take::<u32>(mesh.faces.len())?;
+    let is_inner = |forced: &[u8], h: usize| working.twin[h] != NONE && forced[h] == 0;
+    let mut sheets = UnionFind::new(sheet);
+    for h in (0..forced.len()).filter(|h| is_inner(forced, *h)) {
+        let [own, beyond] = [h as u32 / 3, working.twin[h] / 3];
+        if side(own) * side(beyond) >= 0 || working.fixed[h] == DIAGONAL {
+            sheets.union(own, beyond);
+        }
+    }
+    let count = sheets.number();
+    let sums = scratch.take::<[f64; 3]>(count)?;
+    for (face, sheet) in (0..).zip(sheet.iter()) {
+        let rest = Rest::new([0, 1, 2].map(|i| mesh.position(3 * face + i)), MOLLIFY);
+        let mut strain = Strain::default();
+        strain.add(&rest, uv_of(face));
+        let sum = &mut sums[*sheet as usize];
+        [strain.stretch, strain.shrink, strain.area].iter().zip(sum).for_each(|(x, sum)| *sum += x);
+    }
+    let sheet_at = |face: u32| sheet[face as usize] as usize;
+    let is_within = |[stretch, shrink, area]: [f64; 3]| Strain { stretch, shrink, area }.mean() <= bound;
+    for h in 0..forced.len() {
+        if !is_inner(forced, h) || working.fixed[h] == DIAGONAL {
+            continue;
+        }
+        let faces = [h as u32 / 3, working.twin[h] / 3];
+        let [one, other] = faces.map(|face| sums[sheet_at(face)]);
+        let is_fold = sheet_at(faces[0]) != sheet_at(faces[1]) && side(faces[0]) * side(faces[1]) < 0;
+        if is_fold && one[2].min(other[2]) >= FOLD * one[2].max(other[2]) && is_within(one) && is_within(other) {
+            forced[h] = 1;
+        }
+    }
+    Ok(())
 }
 
 /// Marks the borders of strips.

@@ -177,7 +177,7 @@ impl Attempt<'_> {
         let tolerance = (input.tolerance / working.extent).max(repaired.crack_width) * own_frame.scale();
         let breaks = prices(cost, &working, &given, Rates { hard_edges, prefer, tolerance }, seen, scratch.frame())?;
         let mut frame = scratch.frame();
-        let forcing = Forcing::new(input.parts, settings, breaks, self.planes());
+        let forcing = Forcing::new(input, settings, breaks, self.planes());
         let Layout { pieces, closed_breaks, mirror } = lay_out(&working, &given, forcing, cost, &mut frame)?;
         let uv = frame.take::<DVec2>(working.twin.len())?; // in the order of the pieces
         let cut = frame.take::<u8>(working.twin.len())?;
@@ -186,8 +186,10 @@ impl Attempt<'_> {
         if let (Method::Exact, Some(kept_uv)) = (&method, input.kept_uv) {
             take_over(uv, kept, &pieces, &working, kept_uv, settings.distortion, frame.frame(), workers)?;
         }
+        let vertex = |at: usize| input.corners[working.corner_source[pieces.source[at] as usize] as usize];
+        let same = |a: usize, b: usize| vertex(a) == vertex(b);
         let Alike { pieces, copies, stacks } =
-            Alike::find(cost, uv, kept, &pieces, tolerance, mirror, settings, &mut frame)?;
+            Alike::find(cost, uv, kept, &pieces, &same, tolerance, mirror, settings, &mut frame)?;
         let all_uv = uv;
         let (uv, cut) = (&mut all_uv[..pieces.source.len()], &mut cut[..pieces.source.len()]);
         slit_kept(cut, kept, &pieces, copies, frame.frame())?;
