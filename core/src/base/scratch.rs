@@ -51,12 +51,12 @@ pub const fn bytes_for<T>(count: usize) -> usize {
 
 /// Says whether what is under way will be thrown away.
 #[derive(Clone, Copy)]
-pub struct Alarm<'a>(Option<&'a AtomicBool>);
+pub struct Alarm<'a>([Option<&'a AtomicBool>; 2]);
 
 impl Alarm<'_> {
     /// Whether it is set.
     pub fn is_set(self) -> bool {
-        self.0.is_some_and(|alarm| alarm.load(Ordering::Relaxed))
+        self.0.iter().flatten().any(|alarm| alarm.load(Ordering::Relaxed))
     }
 
     /// Fails where it is set.
@@ -74,12 +74,12 @@ pub struct Scratch<'a> {
 impl<'a> Scratch<'a> {
     /// All of `bytes` is free.
     pub fn new(bytes: &'a mut [u8]) -> Self {
-        Self { free: bytes, alarm: Alarm(None) }
+        Self { free: bytes, alarm: Alarm([None; 2]) }
     }
 
     /// All of `bytes` is free until `alarm` is set, from whatever thread.
     pub fn with_alarm(bytes: &'a mut [u8], alarm: &'a AtomicBool) -> Self {
-        Self { free: bytes, alarm: Alarm(Some(alarm)) }
+        Self { free: bytes, alarm: Alarm([Some(alarm), None]) }
     }
 
     /// The same memory, which `alarm` refuses.
@@ -87,9 +87,15 @@ impl<'a> Scratch<'a> {
         Self { alarm, ..self }
     }
 
+    /// The same memory, which `alarm` refuses as well, once it is set, for a task of which other tasks may say that nobody needs it.
+    pub fn also_under(self, alarm: &'a AtomicBool) -> Self {
+        let Alarm([callers, _]) = self.alarm;
+        Self { alarm: Alarm([callers, Some(alarm)]), ..self }
+    }
+
     /// The same memory, which no alarm refuses: for what nothing can be had without.
     pub fn quiet(self) -> Self {
-        self.under(Alarm(None))
+        self.under(Alarm([None; 2]))
     }
 
     /// Fails once the alarm is set: for loops that take long without asking for memory.
@@ -197,7 +203,7 @@ mod tests {
 
     #[test]
     fn nothing_is_handed_out_once_the_alarm_is_set() {
-        let (mut bytes, alarm) = ([0u8; 64], AtomicBool::new(false));
+        let (mut bytes, alarm, needless) = ([0u8; 64], AtomicBool::new(false), AtomicBool::new(false));
         let mut scratch = Scratch::with_alarm(&mut bytes, &alarm);
         assert!(scratch.take::<u8>(1).is_ok() && scratch.look_up().is_ok());
         let mut part = scratch.split(16).unwrap();
@@ -211,7 +217,14 @@ mod tests {
         let set = scratch.alarm();
         assert_eq!(scratch.frame().quiet().under(set).take::<u8>(1).err(), refused);
         alarm.store(false, Ordering::Relaxed);
+        let mut part = part.also_under(&needless);
         assert!(part.take::<u8>(1).is_ok());
+        alarm.store(true, Ordering::Relaxed);
+        assert_eq!(part.take::<u8>(1).err(), refused);
+        alarm.store(false, Ordering::Relaxed);
+        needless.store(true, Ordering::Relaxed);
+        assert_eq!(part.take::<u8>(1).err(), refused);
+        assert!(scratch.take::<u8>(1).is_ok());
     }
 
     #[test]

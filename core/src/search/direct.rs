@@ -3,8 +3,9 @@
 use super::budget::Budget;
 use super::compact::compact_need;
 use super::glue::glue_need;
+use super::goal::Which;
 use super::rounds::Rounds;
-use super::zip::{Which, zip_need};
+use super::zip::zip_need;
 use crate::base::pace::{Marks, StageError};
 use crate::base::scratch::{Scratch, bytes_for};
 use crate::base::workers::Workers;

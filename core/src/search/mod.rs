@@ -2,11 +2,13 @@
 
 pub mod budget;
 pub mod by_proxy;
+pub mod closing;
 pub mod compact;
 pub mod direct;
 pub mod draws;
 pub mod extend;
 pub mod glue;
+pub mod goal;
 pub mod rounds;
 pub mod seams;
 pub mod split;

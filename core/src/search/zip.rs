@@ -10,29 +10,23 @@
 //! Guarantee: disks stay disks but for holes, without flips, and overlap as much as before at the most; the distortion stays within the goal if it was.
 //! Cost: at most [`TRIES`] relaxations of one chart.
 
-use super::compact::PRICE;
-use super::split::self_overlaps;
+use super::closing::{BESIDE, Closing, HULL_PRICE, border, facing};
+use super::goal::{Goal, Which};
 use crate::base::pace::StageError;
 use crate::base::real::{for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::sort;
 use crate::base::workers::Workers;
-use crate::charts::list::ChartList;
 use crate::charts::seams::walk_seam;
 use crate::charts::surface::Surface;
-use crate::charts::work::{Work, work_on};
-use crate::mesh::view::next;
 use crate::plane::hull::hull_of;
 use crate::plane::motion::Motion;
 use crate::solve::bound::{distortion, worst};
-use crate::solve::piece::Stop;
 use bytemuck::{Pod, Zeroable};
+use core::sync::atomic::AtomicBool;
 use glam::DVec2;
 
-/// Hull area, over all area, that a path may add for what it saves: less than a split would have to save. At the price
-/// of splits 13 meshes fill .709 of the square.
-const HULL_PRICE: f64 = 0.4 * PRICE;
 /// Paths that are tried at the most; each costs a relaxation of its chart.
 const TRIES: usize = 24;
 /// Squared gap, over all area and the distortion that is left, above which a path is not tried. Closed paths added 0.3
@@ -40,34 +34,8 @@ const TRIES: usize = 24;
 const REACH: f64 = 4.0;
 /// Share of the distortion that is left, below which energies count as equal: what is seen most goes first.
 const CHEAP: f64 = 0.1;
-/// Newton steps of a trial.
-const STOP: Stop = Stop { steps: 30, tolerance: 1e-3 };
 /// A chart below this share of all area is a sliver: 32 texels square of 1024.
 const SLIVER: f64 = 1e-3;
-
-/// Which paths may be taken out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Which {
-    /// All.
-    All,
-    /// Those between a sliver and another chart.
-    Slivers,
-    /// Those inside a chart, at any time: overlaps may be there that are parted later.
-    Slits,
-}
-
-/// What zipping may do.
-#[derive(Clone, Copy)]
-pub struct Goal {
-    /// Mean symmetric Dirichlet energy over 4 at the end.
-    pub distortion: f64,
-    /// Symmetric Dirichlet energy of a face that was below.
-    pub worst: f64,
-    /// Whether a chart may become bulky.
-    pub bulky: bool,
-    /// Which paths are tried.
-    pub which: Which,
-}
 
 /// A path of the cut graph between two nodes.
 #[repr(C)]
@@ -79,10 +47,17 @@ struct SeamPath {
     count: u32,
 }
 
+impl SeamPath {
+    fn half_edges<'l>(&self, list: &'l [u32]) -> &'l [u32] {
+        &list[self.first as usize..(self.first + self.count) as usize]
+    }
+}
+
 /// Scratch bytes for [`zip`] beyond those for relaxing all charts.
 pub const fn zip_need(faces: usize, vertices: usize) -> usize {
     8 * bytes_for::<u32>(3 * faces)
         + bytes_for::<DVec2>(3 * faces)
+        + bytes_for::<u8>(3 * faces)
         + bytes_for::<SeamPath>(3 * faces)
         + 5 * bytes_for::<u32>(faces + 2)
         + bytes_for::<f64>(faces)
@@ -103,7 +78,6 @@ pub fn zip(
     mark: &mut MarkMaps,
 ) -> Result<usize, StageError> {
     let failed = scratch.take::<u8>(cut.len())?;
-    let old_uv = scratch.take::<DVec2>(uv.len())?;
     let total: f64 = surface.rest.iter().map(|r| r.area).sum();
     let (mut zipped, mut tried) = (0, 0);
     loop {
@@ -113,105 +87,68 @@ pub fn zip(
         }
         let mut frame = scratch.frame();
         let (list, paths) = find_paths(uv, cut, failed, surface, goal, spare * total, &mut frame)?;
-        let mut better = false;
-        for p in paths {
-            if tried == TRIES {
-                return Ok(zipped);
-            }
-            tried += 1;
-            mark(uv, cut)?;
-            let path = &list[p.first as usize..(p.first + p.count) as usize];
-            let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
-            old_uv.copy_from(uv);
-            let cap = goal.worst.max(worst(uv, surface.rest));
-            let hulls = |charts: &ChartList, uv: &[DVec2], cut: &[u8]| match goal.bulky {
-                true => 0.0,
-                false => hulls(ends, uv, cut, charts, surface),
-            };
-            let (before, overlaps) = {
-                let mut frame = frame.frame();
-                let charts = ChartList::new(surface, cut, &mut frame)?;
-                let before = hulls(&charts, uv, cut);
-                let overlaps = match goal.which {
-                    Which::Slits => overlaps_of(ends[0], uv, &charts, frame.frame(), workers)?,
-                    _ => 0,
-                };
-                lay_beside(path, uv, &charts, surface);
-                (before, overlaps)
-            };
-            path.iter().for_each(|c| surface.set_cut(cut, *c, false));
-            let mut frame = frame.frame();
-            let charts = ChartList::new(surface, cut, &mut frame)?;
-            let sound = close(uv, cut, path[0] / 3, &charts, surface, frame.frame(), workers)?
-                && overlaps_of(ends[0], uv, &charts, frame.frame(), workers)? <= overlaps;
-            let compact = goal.bulky || hulls(&charts, uv, cut) - before <= HULL_PRICE * p.saved * total;
-            let within = distortion(uv, surface.rest) <= goal.distortion && worst(uv, surface.rest) <= cap;
-            if sound && compact && within {
-                zipped += 1;
-                better = true;
-                break;
-            }
-            for c in path {
-                surface.set_cut(cut, *c, true);
-                failed[*c as usize] = 1;
-            }
-            uv.copy_from(old_uv);
+        let paths = &paths[..paths.len().min(TRIES - tried)];
+        let closing = Closing { surface, goal, total, cap: goal.worst.max(worst(uv, surface.rest)) };
+        match close_first(uv, cut, failed, list, paths, &closing, frame, workers, mark)? {
+            Some(place) => tried += place + 1,
+            None => return Ok(zipped),
         }
-        if !better {
-            return Ok(zipped);
-        }
+        zipped += 1;
     }
 }
 
-/// Moves the chart on the left of a path to where the sides of the path are nearest to each other.
-fn lay_beside(path: &[u32], uv: &mut [DVec2], charts: &ChartList, surface: &Surface) {
-    let [left, right] = [path[0], surface.twin[path[0] as usize]].map(|c| charts.of_face[(c / 3) as usize]);
-    if left != right {
-        let motion = Motion::fit(|| facing(path, uv, surface));
-        let corners = charts.faces_of(left as usize).iter().flat_map(|f| 3 * f..3 * f + 3);
-        corners.for_each(|c| uv[c as usize] = motion.apply(uv[c as usize]));
-    }
-}
-
-/// Welds the chart of a face and relaxes it; whether nothing flips then.
-fn close(
+/// Closes the first of `paths` that may be closed, and marks those before it as failed; its place, or nothing where there is none.
+#[allow(clippy::too_many_arguments)]
+fn close_first(
     uv: &mut [DVec2],
-    cut: &[u8],
-    face: u32,
-    charts: &ChartList,
-    surface: &Surface,
-    scratch: Scratch,
-    workers: &dyn Workers,
-) -> Result<bool, ScratchTooSmall> {
-    let own = charts.of_face[face as usize];
-    work_on(uv, surface, cut, charts, |k| k as u32 == own, Work::Weld(STOP), scratch, workers)
-}
-
-/// How many faces of the chart of a face lie on others of it.
-fn overlaps_of(
-    face: u32,
-    uv: &[DVec2],
-    charts: &ChartList,
+    cut: &mut [u8],
+    failed: &mut [u8],
+    list: &[u32],
+    paths: &[SeamPath],
+    closing: &Closing,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<usize, ScratchTooSmall> {
-    let own = charts.of_face[face as usize];
-    let partner = scratch.take::<u32>(charts.of_face.len())?;
-    self_overlaps(partner, uv, charts.of_face, charts.count(), |k| k == own, scratch, workers)
-}
-
-/// Points of the border of the chart that the open half-edge `c` belongs to.
-fn border<'b>(c: u32, uv: &'b [DVec2], cut: &'b [u8], surface: &'b Surface) -> impl Iterator<Item = DVec2> + 'b {
-    surface.border(cut, c).map(|c| uv[c as usize])
-}
-
-/// Area of the hulls of the charts that hold one of two faces.
-fn hulls(ends: [u32; 2], uv: &[DVec2], cut: &[u8], charts: &ChartList, surface: &Surface) -> f64 {
-    let [a, b] = ends.map(|f| charts.of_face[f as usize]);
-    let hull = |k: u32| {
-        surface.outer_open(cut, charts.faces_of(k as usize), uv).map_or(0.0, |c| hull_of(border(c, uv, cut, surface)))
-    };
-    hull(a) + if a == b { 0.0 } else { hull(b) }
+    mark: &mut MarkMaps,
+) -> Result<Option<usize>, StageError> {
+    let alarms = [const { AtomicBool::new(false) }; BESIDE];
+    let (mut at, mut marked, mut beside) = (0, 0, BESIDE);
+    while at < paths.len() {
+        if marked == at {
+            mark(uv, cut)?;
+            marked += 1;
+        }
+        let now = paths[at..(at + beside).min(paths.len())].iter().map(|p| (p.half_edges(list), p.saved));
+        let tried = closing.try_beside(now, uv, cut, &alarms, scratch.frame(), workers);
+        let jobs = match tried {
+            // What is there was not enough for so many: for fewer it may be.
+            Err(e) if beside > 1 && !e.is_alarm() => {
+                beside /= 2;
+                continue;
+            }
+            tried => tried?,
+        };
+        for job in jobs {
+            if marked == at {
+                mark(uv, cut)?;
+                marked += 1;
+            }
+            match job.holds {
+                Ok(true) => {
+                    uv.copy_from(job.uv);
+                    cut.copy_from(job.cut);
+                    return Ok(Some(at));
+                }
+                Ok(false) => job.path.iter().for_each(|c| failed[*c as usize] = 1),
+                Err(e) if beside > 1 && !e.is_alarm() => {
+                    beside /= 2;
+                    break;
+                }
+                Err(e) => return Err(e.into()),
+            }
+            at += 1;
+        }
+    }
+    Ok(None)
 }
 
 /// The paths that may go, best first, and the half-edges of all. `spare`: energy over 4 that is left.
@@ -354,19 +291,6 @@ fn encloses(path: &[u32], cut: &[u8], surface: &Surface) -> bool {
     surface.following(cut, last) == first || surface.following(cut, across(first)) == across(last)
 }
 
-/// Points that face each other across a path, to the left and to the right, with the length that they stand for.
-fn facing<'s>(
-    path: &'s [u32],
-    uv: &'s [DVec2],
-    surface: &'s Surface,
-) -> impl Iterator<Item = (DVec2, DVec2, f64)> + 's {
-    path.iter().flat_map(|c| {
-        let (t, half) = (surface.twin[*c as usize], 0.5 * surface.length(*c));
-        let at = |c: u32| uv[c as usize];
-        [(at(*c), at(next(t)), half), (at(next(*c)), at(t), half)]
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -374,6 +298,7 @@ mod tests {
     use crate::first::halving::flatten_all;
     use crate::mesh::topology::twins;
     use crate::mesh::view::MeshView;
+    use crate::mesh::view::next;
     use crate::solve::energy::Rest;
     use glam::DVec3;
     use std::vec;
