@@ -4,7 +4,7 @@
 
 use super::surface::Surface;
 use crate::base::heap::Heap;
-use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::view::{NONE, next, prev};
 
 /// Memory of the searches.
@@ -19,6 +19,11 @@ pub struct WedgePaths<'a> {
     heap_cost: &'a mut [f64],
     heap_slot: &'a mut [u32],
     heap_item: &'a mut [u32],
+}
+
+/// Scratch bytes that [`WedgePaths::new`] keeps for so many nodes.
+pub const fn wedge_paths_need(nodes: usize) -> usize {
+    2 * bytes_for::<f64>(nodes) + 5 * bytes_for::<u32>(nodes)
 }
 
 impl<'a> WedgePaths<'a> {
@@ -41,14 +46,27 @@ impl<'a> WedgePaths<'a> {
     }
 
     /// Cheapest paths from the border node `from` through the inside of its chart: what is `on_border` (a flag a node) ends them.
-    pub fn grow_inside(&mut self, surface: &Surface, cut: &[u8], node: &[u32], from: u32, on_border: &[u8]) {
+    /// `is_last(node, cost)` is asked at each node that is reached, in the order of costs: what lies behind the last may be left out.
+    pub fn grow_inside(
+        &mut self,
+        surface: &Surface,
+        cut: &[u8],
+        node: &[u32],
+        from: u32,
+        on_border: &[u8],
+        mut is_last: impl FnMut(u32, f64) -> bool,
+    ) {
         self.grow(
             surface,
             cut,
             node,
             core::iter::once(from),
             |edge, _| surface.cost[edge as usize],
-            |n, _| if n != from && on_border[n as usize] != 0 { Go::Around } else { Go::On },
+            |n, at| match n != from && on_border[n as usize] != 0 {
+                _ if is_last(n, at) => Go::Home,
+                true => Go::Around,
+                false => Go::On,
+            },
         );
     }
 

@@ -14,13 +14,13 @@ use super::place::{Placing, pack_now};
 use crate::base::real::sqrt;
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
-use crate::base::slices::Slices;
+use crate::base::slices::{Slices, take_first};
 use crate::base::sort;
 use crate::base::workers::{Workers, for_each_chunk};
 use crate::charts::list::ChartList;
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
-use crate::charts::wedge_paths::WedgePaths;
+use crate::charts::wedge_paths::{WedgePaths, wedge_paths_need};
 use crate::mesh::view::{NONE, next};
 use crate::pack::layout::pack_need;
 use crate::plane::crowding::{Crowd, Outline, PLACES};
@@ -57,6 +57,8 @@ const MOST_CHARTS: f64 = 32.0;
 const EFFORT: f64 = 0.03;
 /// Bytes that trials side by side may take: more of them end sooner where there are threads for them.
 const BESIDE: usize = 1 << 26;
+/// Places from which paths are grown at the same time at the most.
+const BESIDE_PLACES: usize = 4;
 /// Bytes a corner that a trial takes beside packing, about.
 const TRIAL: usize = 32;
 
@@ -81,7 +83,7 @@ pub fn cut_to_pack(
     let mut fill = None;
     for made in 0..CUTS {
         let mut candidates = heapless::Vec::<PackingCut, { LARGEST * EACH }>::new();
-        find_cuts(&mut candidates, uv, cut, placing, made == 0, scratch.frame())?;
+        find_cuts(&mut candidates, uv, cut, placing, made == 0, scratch.frame(), workers)?;
         if candidates.is_empty() {
             return Ok(made);
         }
@@ -190,8 +192,9 @@ fn make(cut: &mut [u8], c: &PackingCut, placing: &Placing, mut scratch: Scratch)
     let own = &mut cut[corners];
     let changed = frame.take::<u8>(own.len() / 3)?;
     let mut inside = Inside::new(own, &surface, c.ends[0], &mut frame)?;
-    inside.grow(c.ends[0], own, &surface);
     let end = inside.node[c.ends[1] as usize];
+    let begin = inside.node[c.ends[0] as usize];
+    inside.paths.grow_inside(&surface, own, inside.node, begin, inside.on_border, |n, _| n == end);
     inside.paths.cut_back(end, own, changed, inside.node, &surface);
     copies.spread_cuts(cut, pieces);
     Ok(())
@@ -214,18 +217,70 @@ impl<'a> Inside<'a> {
         let paths = WedgePaths::new(node, nodes, keep)?;
         Ok(Self { node, on_border, paths })
     }
+}
 
-    /// Grows paths from the start of the open half-edge `from`.
-    fn grow(&mut self, from: u32, cut: &[u8], surface: &Surface) {
-        let Self { node, on_border, paths } = self;
-        paths.grow_inside(surface, cut, node, node[from as usize], on_border);
-    }
+/// Costs of the cheapest paths through a chart between the places on its border: the first index is the lesser.
+type Costs = [[f64; PLACES]; PLACES];
 
-    /// Cost of the path to the start of the open half-edge `to`; infinite where there is none.
-    fn cost(&self, to: u32) -> f64 {
-        let n = self.node[to as usize] as usize;
-        if self.paths.via[n] == NONE { f64::INFINITY } else { self.paths.cost[n] }
+/// Some places, from which paths are grown beside others.
+struct PlacesLane<'l> {
+    first: usize,
+    costs: &'l mut [[f64; PLACES]],
+    rank: &'l [u8], // (nodes)
+    paths: WedgePaths<'l>,
+}
+
+/// Writes the costs of paths between each two of `places` that have another between them; what costs more than `most` may be infinite, as
+/// where there is no path.
+#[allow(clippy::too_many_arguments)]
+fn path_costs(
+    costs: &mut Costs,
+    places: &[u32],
+    most: f64,
+    inside: Inside,
+    cut: &[u8],
+    surface: &Surface,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), ScratchTooSmall> {
+    *costs = [[f64::INFINITY; PLACES]; PLACES];
+    let Inside { node, on_border, paths } = inside;
+    // The place of each node: the last where there are several.
+    let rank = scratch.take::<u8>(on_border.len())?;
+    for (node, at) in places.iter().zip(1..) {
+        rank[*node as usize] = at;
     }
+    let beside = scratch.remaining() / wedge_paths_need(on_border.len());
+    let mut jobs = heapless::Vec::<PlacesLane, BESIDE_PLACES>::new();
+    let mut rest = costs.get_mut(..places.len()).unwrap_or_default();
+    let share = places.len().div_ceil(1 + beside.min(BESIDE_PLACES - 1));
+    let mut kept = Some(paths);
+    while !rest.is_empty() {
+        let first = places.len() - rest.len();
+        let own = take_first(&mut rest, share.min(places.len() - first));
+        let paths = match kept.take() {
+            Some(paths) => paths,
+            None => WedgePaths::new(node, on_border.len(), &mut scratch)?,
+        };
+        jobs.put(PlacesLane { first, costs: own, rank, paths });
+    }
+    for_each_chunk(workers, &mut jobs, 1, &|_, jobs| {
+        for PlacesLane { first, costs, rank, paths } in jobs {
+            for (i, row) in (*first..).zip(costs.iter_mut()) {
+                let from = places[i];
+                let mut left = places.iter().zip(1..).skip(i + 2).filter(|(n, at)| rank[**n as usize] == *at).count();
+                paths.grow_inside(surface, cut, node, from, on_border, |n, cost| {
+                    left -= usize::from(usize::from(rank[n as usize]) > i + 2);
+                    left == 0 || cost > most
+                });
+                for (to, cost) in places.iter().zip(row).skip(i + 2) {
+                    let is_reached = paths.via[*to as usize] != NONE;
+                    *cost = if is_reached { paths.cost[*to as usize] } else { f64::INFINITY };
+                }
+            }
+        }
+    });
+    Ok(())
 }
 
 /// One of the largest charts.
@@ -247,6 +302,7 @@ fn find_cuts<const N: usize>(
     placing: &Placing,
     is_first: bool,
     mut scratch: Scratch,
+    workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
     let pieces = placing.pieces;
     let (crowd, largest) = survey(uv, cut, placing, scratch.frame())?;
@@ -258,7 +314,7 @@ fn find_cuts<const N: usize>(
     for (rank, large) in largest.iter().enumerate().filter(|(_, l)| may(l) && l.times * l.area >= LEAST * crowd.area) {
         let others = largest.iter().enumerate().filter(|(r, _)| *r != rank).map(|(_, l)| l.square).fold(0.0, f64::max);
         let mut frame = scratch.frame();
-        let mut own = cuts_of(large, others, &crowd, sqrt(total), uv, cut, pieces, &mut frame)?;
+        let mut own = cuts_of(large, others, &crowd, sqrt(total), uv, cut, pieces, frame.frame(), workers)?;
         sort::by(&mut own, |a, b| b.gain.total_cmp(&a.gain).then(a.ends.cmp(&b.ends)));
         for c in own.iter().take(EACH) {
             candidates.push(*c).ok();
@@ -333,7 +389,8 @@ fn cuts_of(
     uv: &[DVec2],
     cut: &[u8],
     pieces: &Pieces,
-    scratch: &mut Scratch,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
 ) -> Result<heapless::Vec<PackingCut, { 2 * EACH }>, ScratchTooSmall> {
     let mut found = heapless::Vec::<PackingCut, { 2 * EACH }>::new();
     let mut frame = scratch.frame();
@@ -349,12 +406,16 @@ fn cuts_of(
     let point = |i: usize| uv[place(i) as usize];
     let whole = Outline::new((0..count).map(point)).hull().max(large.area);
     let before = crowd.fill();
-    let mut inside = Inside::new(cut, &surface, large.start, &mut frame)?;
+    let inside = Inside::new(cut, &surface, large.start, &mut frame)?;
+    let mut nodes = [0; PLACES];
+    nodes.iter_mut().enumerate().for_each(|(i, n)| *n = inside.node[place(i) as usize]);
+    let farthest = (0..count).flat_map(|i| (0..i).map(move |j| point(i).distance(point(j)))).fold(0.0, f64::max);
+    let most = if large.whole { EASY * farthest } else { FORBIDDEN };
+    let mut costs = [[0.0; PLACES]; PLACES];
+    path_costs(&mut costs, &nodes[..count], most, inside, cut, &surface, frame, workers)?;
     let mut at = heapless::Vec::<[usize; 2], { 2 * EACH }>::new();
-    for i in 0..count {
-        inside.grow(place(i), cut, &surface);
-        for j in i + 2..count {
-            let cost = inside.cost(place(j));
+    for (i, costs) in costs.iter().enumerate().take(count) {
+        for (j, cost) in costs.iter().copied().enumerate().take(count).skip(i + 2) {
             let is_easy = cost <= EASY * point(i).distance(point(j));
             if cost >= FORBIDDEN || large.whole && !is_easy {
                 continue;

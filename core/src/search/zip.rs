@@ -295,6 +295,7 @@ fn encloses(path: &[u32], cut: &[u8], surface: &Surface) -> bool {
 mod tests {
     use super::*;
     use crate::base::workers::Serial;
+    use crate::base::workers::tests::Backwards;
     use crate::first::halving::flatten_all;
     use crate::mesh::topology::twins;
     use crate::mesh::view::MeshView;
@@ -321,6 +322,19 @@ mod tests {
 
     /// What [`zip`] answers, and the cut edges before and after.
     fn zip_square(square: Square, goal: Goal, bytes: &mut [u8]) -> (Result<usize, StageError>, usize, usize) {
+        let (done, maps) = zipped(square, goal, bytes, &Serial);
+        let [before, after] = maps.map(|(_, cut)| cut.iter().filter(|c| **c != 0).count() / 2);
+        (done, before, after)
+    }
+
+    /// What [`zip`] answers, and the maps before and after.
+    #[allow(clippy::type_complexity)]
+    fn zipped(
+        square: Square,
+        goal: Goal,
+        bytes: &mut [u8],
+        workers: &dyn Workers,
+    ) -> (Result<usize, StageError>, [(Vec<DVec2>, Vec<u8>); 2]) {
         let (n, half) = (square.side + 1, square.side / 2);
         let at = |v: u32| {
             let z = if v == n * n / 2 { square.lift } else { 0.0 };
@@ -353,10 +367,29 @@ mod tests {
             }
         }
         flatten_all(&mut uv, &mut cut, &surface, keep.frame(), &Serial).unwrap();
-        let edges = |cut: &[u8]| cut.iter().filter(|c| **c != 0).count() / 2;
-        let before = edges(&cut);
-        let done = zip(&mut uv, &mut cut, &surface, goal, Scratch::new(bytes), &Serial, &mut |_, _| Ok(()));
-        (done, before, edges(&cut))
+        let before = (uv.clone(), cut.clone());
+        let done = zip(&mut uv, &mut cut, &surface, goal, Scratch::new(bytes), workers, &mut |_, _| Ok(()));
+        (done, [before, (uv, cut)])
+    }
+
+    #[test]
+    fn trials_side_by_side_find_what_trials_one_by_one_find() {
+        // The paths around the ring are tried until one of them may go.
+        let goal = Goal { distortion: 1.02, ..LOOSE };
+        for square in [PLANE, Square { ring: true, side: 8, lift: 0.5, ..PLANE }, Square { lift: 1.0, to: 4, ..PLANE }]
+        {
+            let outcome = |bytes: usize, workers: &dyn Workers| zipped(square, goal, &mut vec![0; bytes], workers);
+            let expected = outcome(1 << 24, &Serial);
+            assert!(expected.0.is_ok());
+            assert!(expected == outcome(1 << 24, &Backwards));
+            // Down to where there is memory for one.
+            let mut bytes = 1 << 24;
+            while bytes > 1 << 15 {
+                bytes -= bytes / 8;
+                let found = outcome(bytes, &Backwards);
+                assert!(found == expected || found.0.is_err(), "{bytes}");
+            }
+        }
     }
 
     #[test]
