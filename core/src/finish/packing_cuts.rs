@@ -250,7 +250,7 @@ fn path_costs(
     for (node, at) in places.iter().zip(1..) {
         rank[*node as usize] = at;
     }
-    let beside = scratch.remaining() / wedge_paths_need(on_border.len());
+    let beside = scratch.remaining().checked_div(wedge_paths_need(on_border.len())).unwrap_or(0);
     let mut jobs = heapless::Vec::<PlacesLane, BESIDE_PLACES>::new();
     let mut rest = costs.get_mut(..places.len()).unwrap_or_default();
     let share = places.len().div_ceil(1 + beside.min(BESIDE_PLACES - 1));
