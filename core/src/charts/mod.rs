@@ -7,6 +7,7 @@ pub mod copies;
 mod copies_tests;
 pub mod cut_mesh;
 pub mod halves;
+pub mod inland;
 pub mod list;
 pub mod mirror;
 pub mod patch;

@@ -42,13 +42,30 @@ impl<'a> WedgePaths<'a> {
 
     /// Cheapest paths from the border node `from` through the inside of its chart: what is `on_border` (a flag a node) ends them.
     pub fn grow_inside(&mut self, surface: &Surface, cut: &[u8], node: &[u32], from: u32, on_border: &[u8]) {
+        self.grow_inside_until(surface, cut, node, from, on_border, |_, _| false);
+    }
+
+    /// The same as far as they are wanted: `is_last(node, cost)` is asked at each node that is reached, in the order of costs: what lies behind the last may be left out.
+    pub fn grow_inside_until(
+        &mut self,
+        surface: &Surface,
+        cut: &[u8],
+        node: &[u32],
+        from: u32,
+        on_border: &[u8],
+        mut is_last: impl FnMut(u32, f64) -> bool,
+    ) {
         self.grow(
             surface,
             cut,
             node,
             core::iter::once(from),
             |edge, _| surface.cost[edge as usize],
-            |n, _| if n != from && on_border[n as usize] != 0 { Go::Around } else { Go::On },
+            |n, at| match n != from && on_border[n as usize] != 0 {
+                _ if is_last(n, at) => Go::Home,
+                true => Go::Around,
+                false => Go::On,
+            },
         );
     }
 

@@ -14,7 +14,7 @@ use crate::base::random::hash;
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
-use crate::base::workers::{Serial, Workers, for_each_chunk};
+use crate::base::workers::{Workers, for_each_chunk};
 use crate::carry::detour::go_round;
 use crate::carry::proxy::{proxy_costs, proxy_costs_need};
 use crate::carry::slide::Slides;
@@ -174,8 +174,8 @@ fn search_all(
         let ProxyJob { proxy: Proxy { surface, uv, cut, .. }, scratch, budget, price } = &mut job[0];
         if let (Some(scratch), Ok(best)) = (scratch.take(), *price) {
             *price = match number {
-                None => search_best(uv, cut, surface, *budget, scratch, &Serial, &mut NoMarks),
-                Some(number) => draw(uv, cut, surface, *budget, number, best, scratch, &Serial, &mut NoMarks),
+                None => search_best(uv, cut, surface, *budget, scratch, workers, &mut NoMarks),
+                Some(number) => draw(uv, cut, surface, *budget, number, best, scratch, workers, &mut NoMarks),
             };
         }
     });

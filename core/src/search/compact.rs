@@ -65,28 +65,30 @@ pub fn split_bulky(
             continue;
         }
         border.iter().for_each(|c| on_border[node[*c as usize] as usize] = 1);
+        let price = |cost: f64| PRICE * cost / sqrt(total);
+        // What a path of that cost gains at the most.
+        let bound = |cost: f64| (whole - area) / total - price(cost);
         let mut best: Option<(f64, usize, usize)> = None;
         for i in 0..count {
             let from = node[place(i) as usize];
-            paths.grow_inside(surface, cut, node, from, on_border);
+            let least = best.map_or(0.0, |b| b.0);
+            paths.grow_inside_until(surface, cut, node, from, on_border, |_, cost| bound(cost) <= least);
             for j in i + 1..count {
                 let cost = paths.cost[node[place(j) as usize] as usize];
-                let price = PRICE * cost / sqrt(total);
-                let bound = (whole - area) / total - price;
-                if best.is_some_and(|b| bound <= b.0) || bound <= 0.0 {
+                if bound(cost) <= best.map_or(0.0, |b| b.0) {
                     continue;
                 }
                 let (one, other) =
                     (hull_area(j - i + 1, |k| point(i + k)), hull_area(count - (j - i) + 1, |k| point(j + k)));
-                let gain = for_decision((whole - one - other) / total - price);
+                let gain = for_decision((whole - one - other) / total - price(cost));
                 if gain > best.map_or(0.0, |b| b.0) {
                     best = Some((gain, i, j));
                 }
             }
         }
         if let Some((_, i, j)) = best {
-            paths.grow_inside(surface, cut, node, node[place(i) as usize], on_border);
             let end = node[place(j) as usize];
+            paths.grow_inside_until(surface, cut, node, node[place(i) as usize], on_border, |n, _| n == end);
             if paths.via[end as usize] != NONE {
                 paths.cut_back(end, cut, changed, node, surface);
                 split += 1;

@@ -9,10 +9,13 @@
 use crate::base::listing::list_once;
 use crate::base::real::for_decision;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
+use crate::base::slices::Slices;
 use crate::base::sort;
+use crate::base::workers::{Workers, for_each_chunk};
+use crate::charts::inland::grow_inland;
 use crate::charts::paths::Paths;
 use crate::charts::surface::Surface;
-use crate::mesh::view::next;
+use crate::mesh::view::{NONE, next};
 use crate::price::cost::FORBIDDEN;
 use glam::DVec2;
 
@@ -20,9 +23,12 @@ use glam::DVec2;
 const SHARE: f64 = 0.5;
 /// Where fewer than one vertex of so many is distorted, only the charts of those are looked at.
 const FEW: usize = 8;
+/// Faces, vertices or half-edges of a task.
+const CHUNK: usize = 8192;
 
 /// Adds cuts towards the faces whose energy is above `least` (4: what is distorted at all): up to `most` paths that lie apart,
 /// and an edge between two cuts where that is worth more. Returns how many.
+#[allow(clippy::too_many_arguments)]
 pub fn extend(
     cut: &mut [u8],
     changed: &mut [u8],
@@ -31,10 +37,11 @@ pub fn extend(
     least: f64,
     most: usize,
     mut scratch: Scratch,
+    workers: &dyn Workers,
 ) -> Result<usize, ScratchTooSmall> {
     let n = surface.mesh.positions.len();
     let density = scratch.take::<f64>(n)?;
-    spread_excess(density, uv, surface, least, scratch.frame())?;
+    spread_excess(density, uv, surface, least, scratch.frame(), workers)?;
     let on_cut = scratch.take::<u8>(n)?;
     for c in (0..surface.mesh.corner_count() as u32).filter(|c| surface.is_open(cut, *c)) {
         on_cut[surface.mesh.vertex(c) as usize] = 1;
@@ -44,10 +51,14 @@ pub fn extend(
     let order = scratch.take::<u32>(n)?;
     let within = scratch.take::<u8>(n)?;
     let is_whole = mark_worth_reaching(within, order, density, on_cut, surface);
+    let inland = match is_whole {
+        true => grow_inland(&mut paths, order, on_cut, surface, scratch.frame(), workers)?,
+        false => None,
+    };
     let sources = (0..n as u32).filter(|v| on_cut[*v as usize] != 0 && within[*v as usize] != 0);
-    let reached = match is_whole {
-        true => grow_from(sources, order, &mut paths, surface, |c| surface.cost[c as usize]),
-        false => grow_from(sources, order, &mut paths, surface, |c| {
+    let reached = match inland {
+        Some(reached) => reached,
+        None => grow_from(sources, order, &mut paths, surface, |c| {
             let ends = [surface.mesh.vertex(c), surface.far_end(c)];
             if ends.iter().all(|v| within[*v as usize] != 0) { surface.cost[c as usize] } else { f64::INFINITY }
         }),
@@ -58,9 +69,9 @@ pub fn extend(
     let kept = keep(order, |v| worth.score[v as usize] >= SHARE * best && worth.score[v as usize] > 0.0);
     let order = &mut order[..kept];
     sort::by(order, |a, b| worth.score[*b as usize].total_cmp(&worth.score[*a as usize]).then(a.cmp(b)));
-    let mut added = cut_apart(cut, changed, order, most, &paths, &worth, surface, scratch)?;
+    let mut added = cut_apart(cut, changed, order, most, &paths, &worth, surface, scratch.frame())?;
     if !surface.stays_whole
-        && let Some((worth, c)) = best_chord(cut, on_cut, density, surface)
+        && let Some((worth, c)) = best_chord(cut, on_cut, density, surface, scratch.frame(), workers)?
         && worth > best
     {
         surface.set_cut(cut, c, true);
@@ -78,46 +89,66 @@ fn spread_excess(
     surface: &Surface,
     least: f64,
     mut scratch: Scratch,
+    workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
     let n = density.len();
     let weight = scratch.take::<f64>(n)?;
-    for (f, rest) in surface.rest.iter().enumerate() {
-        let energy = rest.energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
-        let excess = rest.weight * (energy - least).max(0.0);
-        for v in surface.mesh.faces[f] {
-            density[v as usize] += excess;
-            weight[v as usize] += rest.area;
-        }
+    {
+        let mut frame = scratch.frame();
+        let excess = frame.take_unset::<f64>(surface.rest.len())?;
+        for_each_chunk(workers, excess, CHUNK, &|chunk, excess| {
+            for (f, excess) in (chunk * CHUNK..).zip(excess) {
+                let energy = surface.rest[f].energy([uv[3 * f], uv[3 * f + 1], uv[3 * f + 2]]);
+                *excess = surface.rest[f].weight * (energy - least).max(0.0);
+            }
+        });
+        for_each_chunk(workers, density, CHUNK, &|chunk, density| {
+            for (v, density) in (chunk * CHUNK..).zip(density) {
+                // In the order of faces, once for each corner.
+                *density = surface.corners_at(v as u32).iter().fold(0.0, |sum, c| sum + excess[*c as usize / 3]);
+            }
+        });
     }
+    for_each_chunk(workers, weight, CHUNK, &|chunk, weight| {
+        for (v, weight) in (chunk * CHUNK..).zip(weight) {
+            *weight = surface.corners_at(v as u32).iter().fold(0.0, |sum, c| sum + surface.rest[*c as usize / 3].area);
+        }
+    });
     for v in 0..n {
         density[v] /= weight[v].max(1e-300);
     }
-    // Where nothing is above it for two edges around, nothing comes out: few places need smoothing where few faces are.
-    let (smooth, list, is_listed) = (scratch.take::<f64>(n)?, scratch.take::<u32>(n)?, scratch.take::<u8>(n)?);
-    let mut count = 0;
+    let smoothed = |density: &[f64], v: u32| {
+        let (mut sum, mut total) = (density[v as usize] * weight[v as usize], weight[v as usize]);
+        for (_, w) in surface.edges_at(v) {
+            sum += density[w as usize] * weight[w as usize];
+            total += weight[w as usize];
+        }
+        sum / total.max(1e-300)
+    };
+    let smooth = scratch.take::<f64>(n)?;
     if density.iter().filter(|d| **d > 0.0).count() > n / FEW {
-        is_listed.fill(1);
-        list.iter_mut().zip(0..).for_each(|(l, v)| *l = v);
-        count = n;
+        for _ in 0..2 {
+            for_each_chunk(workers, smooth, CHUNK, &|chunk, smooth| {
+                smooth.iter_mut().zip((chunk * CHUNK) as u32..).for_each(|(s, v)| *s = smoothed(density, v));
+            });
+            density.copy_from(smooth);
+        }
+        return Ok(());
     }
+    // Where nothing is above it for two edges around, nothing comes out: few places need smoothing where few faces are.
+    let (list, is_listed) = (scratch.take::<u32>(n)?, scratch.take::<u8>(n)?);
+    let mut count = 0;
     for (v, _) in density.iter().enumerate().filter(|(_, d)| **d > 0.0) {
         count += list_once(v as u32, is_listed, list, count);
     }
     for _ in 0..2 {
-        for i in 0..if count < n { count } else { 0 } {
+        let listed = count;
+        for i in 0..listed {
             for (_, w) in surface.edges_at(list[i]) {
                 count += list_once(w, is_listed, list, count);
             }
         }
-        for v in &list[..count] {
-            let at = *v as usize;
-            let (mut sum, mut total) = (density[at] * weight[at], weight[at]);
-            for (_, w) in surface.edges_at(*v) {
-                sum += density[w as usize] * weight[w as usize];
-                total += weight[w as usize];
-            }
-            smooth[at] = sum / total.max(1e-300);
-        }
+        list[..count].iter().for_each(|v| smooth[*v as usize] = smoothed(density, *v));
         list[..count].iter().for_each(|v| density[*v as usize] = smooth[*v as usize]);
     }
     Ok(())
@@ -262,27 +293,43 @@ fn cut_apart(
 
 /// The edge between two places on cuts that is worth most, with its worth. Charts without inner vertices have no other
 /// paths.
-fn best_chord(cut: &[u8], on_cut: &[u8], density: &[f64], surface: &Surface) -> Option<(f64, u32)> {
-    let mut best: Option<(f64, u32)> = None;
-    for c in 0..surface.mesh.corner_count() as u32 {
-        let Some(t) = surface.across(cut, c) else { continue };
+fn best_chord(
+    cut: &[u8],
+    on_cut: &[u8],
+    density: &[f64],
+    surface: &Surface,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<Option<(f64, u32)>, ScratchTooSmall> {
+    let worth = |c: u32| {
+        let t = surface.across(cut, c)?;
         let (a, b) = (surface.mesh.vertex(c) as usize, surface.mesh.vertex(next(c)) as usize);
         let cost = surface.cost[c as usize];
-        if c < t && on_cut[a] != 0 && on_cut[b] != 0 && cost < FORBIDDEN {
+        (c < t && on_cut[a] != 0 && on_cut[b] != 0 && cost < FORBIDDEN).then(|| {
             let length = surface.length(c);
-            let worth = for_decision(length * length * 0.5 * (density[a] + density[b]) / cost.max(1e-300));
-            if best.is_none_or(|b| worth > b.0) {
-                best = Some((worth, c));
-            }
-        }
-    }
-    best
+            for_decision(length * length * 0.5 * (density[a] + density[b]) / cost.max(1e-300))
+        })
+    };
+    let better = |best: Option<(f64, u32)>, c: u32| match worth(c) {
+        Some(worth) if best.is_none_or(|b| worth > b.0) => Some((worth, c)),
+        _ => best,
+    };
+    let corners = surface.mesh.corner_count() as u32;
+    let chunk = CHUNK as u32;
+    let found = scratch.take_filled::<u32>(corners.div_ceil(chunk) as usize, NONE)?;
+    for_each_chunk(workers, found, 1, &|k, found| {
+        let first = k as u32 * chunk;
+        let best = (first..first.saturating_add(chunk).min(corners)).fold(None, better);
+        found[0] = best.map_or(NONE, |b| b.1);
+    });
+    Ok(found.iter().copied().filter(|c| *c != NONE).fold(None, better))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::base::random::unit_f64;
+    use crate::base::workers::Serial;
     use crate::mesh::topology::twins;
     use crate::mesh::view::MeshView;
     use crate::solve::energy::Rest;
@@ -302,7 +349,7 @@ mod tests {
         let surface = Surface::new(mesh, &twin, &rest, &[1.0; 6], &mut keep).expect("enough memory");
         let uv = [0, 1, 2, 0, 2, 3].map(|v: usize| positions[v].truncate() * scale);
         let (mut cut, mut changed) = ([0; 6], [0; 2]);
-        let added = extend(&mut cut, &mut changed, &uv, &surface, least, 3, Scratch::new(bytes));
+        let added = extend(&mut cut, &mut changed, &uv, &surface, least, 3, Scratch::new(bytes), &Serial);
         (added, cut)
     }
 
@@ -356,7 +403,7 @@ mod tests {
                 .collect();
             let n = positions.len();
             let (mut density, mut on_cut) = (vec![0.0; n], vec![0; n]);
-            spread_excess(&mut density, &uv, &surface, 4.0, keep.frame()).expect("enough memory");
+            spread_excess(&mut density, &uv, &surface, 4.0, keep.frame(), &Serial).expect("enough memory");
             for c in (0..twin.len() as u32).filter(|c| surface.is_open(&cut, *c)) {
                 (on_cut[mesh.vertex(c) as usize], on_cut[surface.far_end(c) as usize]) = (1, 1);
             }

@@ -137,13 +137,14 @@ impl Rounds<'_> {
     /// Cuts on until the distortion leaves no more than a reserve of what `bound` allows.
     pub fn extend(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), StageError> {
         let goal = bound - RESERVE.min(RESERVE_SHARE * (bound - 1.0));
+        let workers = self.workers;
         let step = |cut: &mut [u8], changed: &mut [u8], uv: &[DVec2], surface: &Surface, scratch: Scratch| {
             let now = distortion(uv, surface.rest);
             if now <= goal {
                 return Ok(0);
             }
             let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { PATHS };
-            extend(cut, changed, uv, surface, 4.0, paths, scratch)
+            extend(cut, changed, uv, surface, 4.0, paths, scratch, workers)
         };
         for _ in 0..RELAXATIONS {
             self.repeat(ROUNDS, step, scratch.frame())?;
@@ -233,9 +234,7 @@ impl Rounds<'_> {
         for round in 0..CAP_ROUNDS {
             self.mark()?;
             self.changed.fill(0);
-            if round > 0
-                && extend(self.cut, self.changed, self.uv, self.surface, most, PATHS_FAR, scratch.frame())? == 0
-            {
+            if round > 0 && self.extend_above(most, scratch.frame())? == 0 {
                 break;
             }
             let above = energies(self.uv, self.surface.rest).filter(|(_, energy)| *energy > most);
@@ -247,6 +246,12 @@ impl Rounds<'_> {
         }
         self.end_above(most, scratch.frame())?;
         self.part_overlaps(scratch)
+    }
+
+    /// Cuts towards the faces above `most`; returns how many paths.
+    fn extend_above(&mut self, most: f64, scratch: Scratch) -> Result<usize, ScratchTooSmall> {
+        let Self { uv, cut, changed, surface, workers, .. } = self;
+        extend(cut, changed, uv, surface, most, PATHS_FAR, scratch, *workers)
     }
 
     /// Flattens the charts anew that have faces above `most` whatever was cut, and halves those that have them even so: a

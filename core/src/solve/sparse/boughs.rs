@@ -12,9 +12,12 @@ use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 
 /// Nodes of a bough at the most. With 4000 the command takes 187 MB for a mesh of 100,000 faces, with 1000 168 MB.
 pub(super) const BOUGH: usize = 1000;
-/// A system of up to so many nodes is one bough: it is done before others could begin, and nodes of many neighbours take their
-/// memory once.
-const WHOLE: usize = 2000;
+/// A system of up to so many nodes is parted in two halves: what is above them is a third of all work, above quarters it is half.
+const HALVED: usize = 2000;
+/// Smaller ones are one bough: they are done before another could begin.
+const WHOLE: usize = 300;
+/// So are those with a larger front, which comes of nodes of many neighbours: it takes its memory once.
+const WIDE: usize = 512;
 /// The columns of boughs are kept in systems of up to so many nodes.
 pub(super) const KEPT: usize = 60_000;
 /// Boughs that are eliminated at the same time at the most.
@@ -85,7 +88,15 @@ pub(super) fn plan<'a>(fronts: &mut [Front], keep: &mut Scratch<'a>) -> Result<B
         (last.first + last.count - first.first) as usize
     };
     let all = fronts.last().map_or(0, |f| (f.first + f.count) as usize);
-    let (kept, most) = (all <= KEPT, if all <= WHOLE { WHOLE } else { BOUGH });
+    let is_whole = all <= WHOLE || all <= HALVED && fronts.iter().any(|f| f.size() > WIDE);
+    let most = if is_whole {
+        all
+    } else if all <= HALVED {
+        all * 5 / 8
+    } else {
+        BOUGH
+    };
+    let kept = all <= KEPT;
     // From the last front down: a bough is stepped over whole.
     let walk = |visit: &mut dyn FnMut(usize)| {
         let mut f = fronts.len();

@@ -103,6 +103,21 @@ fn subtract<const C: usize>(columns: &mut [f64], block: &[f64], m: usize, k: usi
         }
         row += ROWS;
     }
+    let left = m - row.min(m);
+    if left > 0 && m >= ROWS {
+        // Together with rows before them, which are done already.
+        let mut sums = [[-0.0; ROWS]; C];
+        for l in block.rows(m) {
+            let Some(rows) = l.last_chunk::<ROWS>() else { continue };
+            for (sum, f) in sums.iter_mut().zip(&l[k..k + C]) {
+                sum.iter_mut().zip(rows).for_each(|(s, l)| *s += f * l);
+            }
+        }
+        for (c, sum) in sums.iter().enumerate() {
+            columns[c * m + row..][..left].iter_mut().zip(&sum[ROWS - left..]).for_each(|(x, s)| *x -= s);
+        }
+        return;
+    }
     for row in row..m {
         for c in 0..C {
             let sum: f64 = block.rows(m).map(|l| l[k + c] * l[row]).sum();
