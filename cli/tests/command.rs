@@ -74,7 +74,7 @@ fn an_unreadable_input_is_code_3_and_names_file_and_line() {
     fails(dir, &["unwrap", ".", "-o", "out.obj"], 3, &["file ending"]);
     bad("mesh.blend", b"", &["mesh.blend", ".blend", ".obj"]);
     bad("mesh.fbx", b"", &["mesh.fbx", "FBX"]);
-    bad("empty.obj", b"", &["empty.obj", "no polygon"]);
+    bad("empty.obj", b"", &["empty.obj", "no mesh in it"]);
     bad("lines.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", &["lines.obj", "2 vertices"]);
     bad("nan.obj", b"v 0 0 0\nv nan 0 0\n", &["nan.obj:2:", "not finite"]);
     bad("range.obj", b"v 0 0 0\nf 1 1 2\n", &["range.obj:2:", "vertex index 2", "1 vertices"]);

@@ -27,9 +27,6 @@ pub struct UnwrapArgs {
     /// How the atlas is made.
     #[command(flatten)]
     pub settings: SettingsArgs,
-    /// How maps are trained.
-    #[command(flatten)]
-    pub learning: LearningArgs,
     /// Cut along the borders of the object's parts: off, auto, a number of parts, or published (see `segment`)
     #[arg(long, value_name = "N|auto|off", default_value = "off", value_parser = parts_or_off)]
     pub parts: PartsArg,
@@ -51,4 +48,7 @@ pub struct UnwrapArgs {
     /// How it runs.
     #[command(flatten)]
     pub run: RunArgs,
+    /// How maps are trained: last, since its heading holds for all that follows.
+    #[command(flatten)]
+    pub learning: LearningArgs,
 }

@@ -221,6 +221,10 @@ impl Loaded {
     pub fn polygons(&self) -> Result<&Mesh, Failure> {
         match self.mesh() {
             mesh if mesh.polygon_count() > 0 => Ok(mesh),
+            mesh if mesh.positions.is_empty() => Err(Failure::Input(format!(
+                "{}: no mesh in it, neither vertices nor polygons; export it anew",
+                self.path.display()
+            ))),
             mesh => Err(Failure::Input(format!(
                 "{}: {} vertices but no polygon of three or more corners; export the mesh with its faces",
                 self.path.display(),

@@ -1,5 +1,6 @@
 //! Does a job: loads, unwraps, writes, reports.
 
+use super::hints::hints;
 use super::job::{Job, PartsSource};
 use super::missed::cause;
 use super::outputs::{add_mesh, publish};
@@ -98,7 +99,8 @@ impl Job {
         if self.settings.weld != Weld::Equal {
             reporter.say(&result.welded());
         }
-        for warning in result.warnings() {
+        let hints = hints(loaded.mesh(), atlas, self.settings.weld != Weld::Equal);
+        for warning in result.warnings().into_iter().chain(hints) {
             reporter.say(&format!("warning: {}: {warning}", loaded.path.display()));
             warnings.push(warning);
         }
@@ -154,9 +156,14 @@ impl Job {
         };
         publish(drafts, self.json.as_deref(), &report)?;
         reporter.say(&format!(
-            "{}: {}, distortion {:.4}, {:.1} % of the square used, {:.2} s",
+            "{}: {}{}, distortion {:.4}, {:.1} % of the square used, {:.2} s",
             self.target.path.display(),
             counted(report.result.charts, "chart"),
+            if report.result.stacked > 0 {
+                format!(" ({} of them stacked)", report.result.stacked)
+            } else {
+                String::new()
+            },
             report.result.distortion,
             100.0 * report.result.utilisation,
             report.seconds

@@ -88,7 +88,7 @@ pub(super) struct Crowds {
     pub crowds: usize,
     /// Edges of two faces or more of which one at least has no partner.
     pub split: usize,
-    /// Those of them whose two faces are copies of one another.
+    /// Those of them where one without a partner has a copy.
     pub copied: usize,
 }
 
@@ -118,7 +118,9 @@ pub(super) fn join_crowds(
             }
         }
         found.split += usize::from(group.iter().any(|e| draft.twin[e[2] as usize] == NONE));
-        found.copied += usize::from(matches!(*group, [[.., a], [.., b]] if !may_join(draft, signature, a, b)));
+        let is_alone = |h: u32| draft.twin[h as usize] == NONE;
+        let has_copy = |a: u32| group.iter().any(|&[.., b]| !may_join(draft, signature, a, b));
+        found.copied += usize::from(group.iter().any(|&[.., h]| is_alone(h) && has_copy(h)));
     }
     found
 }

@@ -55,7 +55,7 @@ pub struct RepairSummary {
     pub flipped_faces: usize,
     /// Edges of two faces or more of which one at least has no neighbour.
     pub split_edges: usize,
-    /// Those of them whose two faces are copies of one another.
+    /// Those of them where a face without a neighbour is the copy of another.
     pub copied_edges: usize,
     /// Those of them whose two faces cannot both face outwards: each surface with one side only has some.
     pub one_sided_edges: usize,

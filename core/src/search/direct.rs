@@ -119,6 +119,9 @@ fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: 
         rounds.zip(budget, Which::All, scratch.frame())?;
         rounds.zip(budget, Which::Slivers, scratch.frame())?;
     }
+    if trials != Trials::None {
+        rounds.zip(budget, Which::Ends, scratch.frame())?;
+    }
     rounds.concentrate(budget.distortion, scratch.frame())?;
     rounds.cap(budget.distortion, scratch.frame())?;
     // Slivers that the last two have made.

@@ -13,3 +13,5 @@ pub mod rounds;
 pub mod seams;
 pub mod split;
 pub mod zip;
+#[cfg(test)]
+mod zip_tests;
