@@ -80,15 +80,48 @@ pub fn search_from(
     marks: &mut dyn Marks,
 ) -> Result<(), StageError> {
     let surface = &Surface { stays_whole: budget.whole, ..*surface };
-    let faces = surface.mesh.faces.len();
     flatten_all(uv, cut, surface, scratch.frame(), workers)?;
-    let changed = scratch.take::<u8>(faces)?;
+    in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, scratch| {
+        all_rounds(rounds, budget, trials, scratch)
+    })
+}
+
+/// Closes ends of slits with what the bound leaves once all is done.
+pub fn close_ends(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    scratch: Scratch,
+    workers: &dyn Workers,
+    marks: &mut dyn Marks,
+) -> Result<(), StageError> {
+    let surface = &Surface { stays_whole: budget.whole, ..*surface };
+    in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, scratch| {
+        rounds.zip(budget, Which::Ends, scratch)?;
+        rounds.mark()
+    })
+}
+
+/// Does `work`, which may be told to end early.
+#[allow(clippy::too_many_arguments)]
+fn in_rounds(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    marks: &mut dyn Marks,
+    work: impl FnOnce(&mut Rounds, Scratch) -> Result<(), StageError>,
+) -> Result<(), StageError> {
+    let changed = scratch.take::<u8>(surface.mesh.faces.len())?;
     let last = match budget.ends_early {
         true => Some((scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?)),
         false => None,
     };
     let mut rounds = Rounds { uv, cut, changed, last, surface, workers, marks };
-    rounds.to_the_end(|rounds| all_rounds(rounds, budget, trials, scratch))
+    rounds.to_the_end(|rounds| work(rounds, scratch))
 }
 
 fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: Scratch) -> Result<(), StageError> {
@@ -118,9 +151,6 @@ fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: 
     if trials == Trials::All {
         rounds.zip(budget, Which::All, scratch.frame())?;
         rounds.zip(budget, Which::Slivers, scratch.frame())?;
-    }
-    if trials != Trials::None {
-        rounds.zip(budget, Which::Ends, scratch.frame())?;
     }
     rounds.concentrate(budget.distortion, scratch.frame())?;
     rounds.cap(budget.distortion, scratch.frame())?;

@@ -5,7 +5,7 @@
 
 use super::budget::Budget;
 use super::by_proxy::{PROXY_FROM, cut_by_proxies, proxies_need};
-use super::direct::{Trials, direct_need, search_anew, search_from};
+use super::direct::{Trials, close_ends, direct_need, search_anew, search_from};
 use super::draws::{draws_need, search_best};
 use crate::base::pace::{Marks, StageError};
 use crate::base::scratch::Scratch;
@@ -45,10 +45,16 @@ pub fn make_charts(
     let faces = surface.mesh.faces.len();
     // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
     let budget = Budget { whole: budget.whole && faces <= LARGE, ..budget };
+    let trials = trials(faces);
     if faces <= PROXY_FROM {
-        return search_best(uv, cut, surface, budget, scratch, workers, marks).map(|_| ());
+        search_best(uv, cut, surface, budget, scratch.frame(), workers, marks)?;
+    } else {
+        let has_cuts = cut_by_proxies(cut, surface, budget, scratch.frame(), workers, marks)?;
+        let search = if has_cuts { search_from } else { search_anew };
+        search(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?;
     }
-    let has_cuts = faces > PROXY_FROM && cut_by_proxies(cut, surface, budget, scratch.frame(), workers, marks)?;
-    let search = if has_cuts { search_from } else { search_anew };
-    search(uv, cut, surface, budget, trials(faces), scratch, workers, marks)
+    match trials {
+        Trials::None => Ok(()),
+        _ => close_ends(uv, cut, surface, budget, scratch, workers, marks),
+    }
 }
