@@ -5,7 +5,7 @@
 //! what a formula expects of them (`crowding`); the best few are tried by packing with little effort, and the best of those stays
 //! where what it fills outweighs what it costs. A chart without distortion is a face of the object, flat or unrolled, and one whose
 //! border runs mostly along sharp edges is a part that people know: both stay whole, unless they are so long that the square is empty beside them: then one
-//! cut is made that would hardly be noticed, and whatever fills far more than it costs.
+//! cut is made that would hardly be noticed, or fills far more than it costs.
 //! What is made of one piece is made of all that are alike.
 //! Guarantee: a chart cut in two has no more distortion than before, so maps are not touched. Cost: [`TRIED`] packings a cut,
 //! [`CUTS`] cuts.
@@ -42,8 +42,7 @@ const TRIED: usize = 4;
 /// Square of the side that a chart needs, over the area of all, from which it may be cut once whatever it is, where that is hardly noticed:
 /// the square is empty beside it.
 const LONG: f64 = 1.6;
-/// What a cut of such a chart is to gain by the formula, over what it costs, to be made again and where it is noticed: a belt fills a
-/// fifteenth of the square.
+/// What a cut of such a chart is to gain by the formula, over what it costs, to be made where it is noticed: a belt fills a fifteenth of the square.
 const CLEAR: f64 = 5.0;
 /// Cost of a unit of length that is hardly noticed: three tenths of what an open seam in a smooth place costs.
 const EASY: f64 = 0.8;
@@ -313,11 +312,11 @@ fn find_cuts<const N: usize>(
         return Ok(());
     }
     let total: f64 = pieces.rest().iter().map(|r| r.area).sum();
-    let may = |l: &Large| !l.whole || l.square * l.square >= LONG * crowd.area;
+    let may = |l: &Large| !l.whole || is_first && l.square * l.square >= LONG * crowd.area;
     for (rank, large) in largest.iter().enumerate().filter(|(_, l)| may(l) && l.times * l.area >= LEAST * crowd.area) {
         let others = largest.iter().enumerate().filter(|(r, _)| *r != rank).map(|(_, l)| l.square).fold(0.0, f64::max);
         let mut frame = scratch.frame();
-        let mut own = cuts_of(large, is_first, others, &crowd, sqrt(total), uv, cut, pieces, frame.frame(), workers)?;
+        let mut own = cuts_of(large, others, &crowd, sqrt(total), uv, cut, pieces, frame.frame(), workers)?;
         sort::by(&mut own, |a, b| b.gain.total_cmp(&a.gain).then(a.ends.cmp(&b.ends)));
         for c in own.iter().take(EACH) {
             candidates.push(*c).ok();
@@ -386,7 +385,6 @@ fn has_sharp_border(cut: &[u8], surface: &Surface, start: u32) -> bool {
 #[allow(clippy::too_many_arguments)]
 fn cuts_of(
     large: &Large,
-    is_first: bool,
     others: f64,
     crowd: &Crowd,
     unit: f64,
@@ -425,7 +423,7 @@ fn cuts_of(
             if cost >= FORBIDDEN {
                 continue;
             }
-            let is_easy = is_first && cost <= EASY * point(i).distance(point(j));
+            let is_easy = cost <= EASY * point(i).distance(point(j));
             let cost = large.times * cost / unit;
             let sides = [i..j + 1, j..i + count + 1].map(|range| Outline::new(range.map(point)));
             let hulls = sides.iter().map(|s| s.hull()).sum::<f64>().max(large.area);
