@@ -5,7 +5,7 @@
 //! what a formula expects of them (`crowding`); the best few are tried by packing with little effort, and the best of those stays
 //! where what it fills outweighs what it costs. A chart without distortion is a face of the object, flat or unrolled, and one whose
 //! border runs mostly along sharp edges is a part that people know: both stay whole, unless they are so long that the square is empty beside them: then one
-//! cut is made that would hardly be noticed, or fills far more than it costs.
+//! cut is made that would hardly be noticed.
 //! What is made of one piece is made of all that are alike.
 //! Guarantee: a chart cut in two has no more distortion than before, so maps are not touched. Cost: [`TRIED`] packings a cut,
 //! [`CUTS`] cuts.
@@ -42,8 +42,6 @@ const TRIED: usize = 4;
 /// Square of the side that a chart needs, over the area of all, from which it may be cut once whatever it is, where that is hardly noticed:
 /// the square is empty beside it.
 const LONG: f64 = 1.6;
-/// What a cut of such a chart is to gain by the formula, over what it costs, to be made where it is noticed: a belt fills a fifteenth of the square.
-const CLEAR: f64 = 5.0;
 /// Cost of a unit of length that is hardly noticed: three tenths of what an open seam in a smooth place costs.
 const EASY: f64 = 0.8;
 /// More pieces than so many that are alike pack well among one another as they are, and cuts would be made in all: eight cows fill .680
@@ -412,18 +410,16 @@ fn cuts_of(
     let mut nodes = [0; PLACES];
     nodes.iter_mut().enumerate().for_each(|(i, n)| *n = inside.node[place(i) as usize]);
     let farthest = (0..count).flat_map(|i| (0..i).map(move |j| point(i).distance(point(j)))).fold(0.0, f64::max);
-    // Above this no cut of it is easy or clear.
-    let most = (EASY * farthest).max(FILL_WORTH / (1.0 + CLEAR) * unit / large.times);
-    let most = if large.whole { most } else { FORBIDDEN };
+    let most = if large.whole { EASY * farthest } else { FORBIDDEN };
     let mut costs = [[0.0; PLACES]; PLACES];
     path_costs(&mut costs, &nodes[..count], most, inside, cut, &surface, frame, workers)?;
     let mut at = heapless::Vec::<[usize; 2], { 2 * EACH }>::new();
     for (i, costs) in costs.iter().enumerate().take(count) {
         for (j, cost) in costs.iter().copied().enumerate().take(count).skip(i + 2) {
-            if cost >= FORBIDDEN {
+            let is_easy = cost <= EASY * point(i).distance(point(j));
+            if cost >= FORBIDDEN || large.whole && !is_easy {
                 continue;
             }
-            let is_easy = cost <= EASY * point(i).distance(point(j));
             let cost = large.times * cost / unit;
             let sides = [i..j + 1, j..i + count + 1].map(|range| Outline::new(range.map(point)));
             let hulls = sides.iter().map(|s| s.hull()).sum::<f64>().max(large.area);
@@ -435,9 +431,6 @@ fn cuts_of(
                 ..*crowd
             };
             let gain = FILL_WORTH * (after.fill() - before) - cost;
-            if large.whole && !is_easy && gain < CLEAR * cost {
-                continue;
-            }
             let c = PackingCut { gain, cost, piece: large.piece as u64, ends: [place(i), place(j)] };
             // What begins and ends beside another is much the same cut: the better one stays.
             let beside = |a: usize, b: usize| a.abs_diff(b).min(count - a.abs_diff(b)) <= 1;
