@@ -4,16 +4,19 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
+/// Runs the command, which has to succeed; what it prints.
+fn command(folder: &Path, args: &[&str]) -> Vec<u8> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_seamwright"));
+    let output = command.args(args).current_dir(folder).output().expect("the command starts");
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output.stdout
+}
+
 /// Unwraps a fixture with `flags`; the report of the run, and what `measure` says of the file that was written.
 fn run(name: &str, flags: &[&str]) -> (Value, Value) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/faults").join(name);
-    let command = |args: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_seamwright"));
-        let output = command.args(args).current_dir(folder.path()).output().expect("the command starts");
-        assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-        output.stdout
-    };
+    let command = |args: &[&str]| command(folder.path(), args);
     let path = path.to_str().expect("a path in UTF-8");
     let flags = [&["unwrap", path, "-o", "out.obj", "--json", "report.json", "-q"], flags].concat();
     command(&flags);
@@ -91,16 +94,12 @@ fn seams_that_are_kept_get_no_charts_beside_them() {
 fn an_atlas_of_ours_keeps_its_seams_though_its_charts_have_holes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let plate = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/solids/plate_x4_y3_b8_r0.2_d0.2_quad.obj");
-    let command = |args: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_seamwright"));
-        let output = command.args(args).current_dir(folder.path()).output().expect("the command starts");
-        assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-        serde_json::from_slice::<Value>(&output.stdout).unwrap_or_default()
-    };
+    let command = |args: &[&str]| command(folder.path(), args);
     command(&["unwrap", plate.to_str().expect("a path in UTF-8"), "-o", "first.obj", "-q"]);
     command(&["unwrap", "first.obj", "-o", "again.obj", "-q", "--keep-seams"]);
+    let measured = |name| command(&["measure", name, "--json", "--exposure", "none"]);
     let [first, again] =
-        ["first.obj", "again.obj"].map(|name| command(&["measure", name, "--json", "--exposure", "none"]));
+        ["first.obj", "again.obj"].map(|name| serde_json::from_slice::<Value>(&measured(name)).expect("JSON"));
     assert!(first["non_disk_charts"].as_u64() > Some(0), "{first}");
     for figure in ["charts", "seam_edges", "seam_length", "non_disk_charts", "overlapping_faces", "flipped_faces"] {
         assert_eq!(first[figure], again[figure], "{figure}");

@@ -11,8 +11,9 @@ above a half), conformality and equiareality are over all faces as published. --
 segmentations by people, NUMBER_K.seg for meshes NUMBER_name.obj (one number a face): charts are held against them by the Rand index and the Hamming
 distance (Chen, Golovinskiy, Funkhouser 2009); meshes without are left out of that table. Times are wall time of the stages, one run each.
 """
-import argparse, glob, importlib.util, json, os, subprocess, sys, tempfile
+import argparse, importlib.util, json, os, subprocess, sys, tempfile
 from collections import Counter, defaultdict
+from rand_error import error, people
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 OURS = os.environ.get("SEAMWRIGHT") or os.path.join(ROOT, "target", "release", "seamwright")
@@ -71,20 +72,10 @@ def charts_of(path):
 
 def agreement(a, b):
     """Rand index, and the Hamming distance: the mean share of faces outside the largest overlap, both ways."""
-    def pairs(counts):
-        return sum(n * (n - 1) // 2 for n in counts.values())
-
-    n, both = len(a), Counter(zip(a, b))
-    rand = 1 - (pairs(Counter(a)) + pairs(Counter(b)) - 2 * pairs(both)) / (n * (n - 1) / 2)
     largest = [defaultdict(int), defaultdict(int)]
-    for (x, y), count in both.items():
+    for (x, y), count in Counter(zip(a, b)).items():
         largest[0][x], largest[1][y] = max(largest[0][x], count), max(largest[1][y], count)
-    return rand, sum(1 - sum(side.values()) / n for side in largest) / 2
-
-
-def people(mesh, folder):
-    number = os.path.basename(mesh).split("_")[0].lstrip("0")
-    return [open(path).read().split() for path in sorted(glob.glob(os.path.join(folder, f"{number}_*.seg")))] if folder else []
+    return 1 - error(a, b), sum(1 - sum(side.values()) / len(a) for side in largest) / 2
 
 
 def published(path, metric):
@@ -124,7 +115,7 @@ def main():
     found, stages, grid = defaultdict(list), defaultdict(list), []
     with tempfile.TemporaryDirectory() as folder:
         for mesh in args.meshes:
-            given = people(mesh, args.labels)
+            given = people(os.path.basename(mesh), args.labels) if args.labels else []
             for name, flags in RUNS.items():
                 out, report = unwrapped(mesh, [*flags, "--threads", args.threads], folder)
                 m = measured(out)

@@ -1,5 +1,6 @@
 """Rand error of a labelling against people's, averaged: rand_error.py LABELS.seg FOLDER ID_category."""
 import glob
+import os
 import sys
 from collections import Counter
 
@@ -18,7 +19,12 @@ def read(path):
         return file.read().split()
 
 
-own = read(sys.argv[1])
-number = sys.argv[3].split("_")[0].lstrip("0")
-people = [read(path) for path in sorted(glob.glob(f"{sys.argv[2]}/{number}_*.seg"))]
-print(f"{sum(error(own, p) for p in people) / len(people):.4f}" if people else "nan")
+def people(name, folder):
+    """Labellings by people of the mesh ID_category."""
+    number = name.split("_")[0].lstrip("0")
+    return [read(path) for path in sorted(glob.glob(os.path.join(folder, f"{number}_*.seg")))]
+
+
+if __name__ == "__main__":
+    own, given = read(sys.argv[1]), people(sys.argv[3], sys.argv[2])
+    print(f"{sum(error(own, p) for p in given) / len(given):.4f}" if given else "nan")

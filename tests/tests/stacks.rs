@@ -31,6 +31,15 @@ fn unwrapped(scene: &Scene, stack: Stacking, stack_offset: u32, workers: &dyn Wo
     run_told(&input, &settings, workers, 0, &mut Silent, &AtomicBool::new(false)).expect("an atlas")
 }
 
+/// Unwrapped again with the seams of `atlas` kept.
+fn kept(scene: &mut Scene, atlas: &Atlas, stack: Stacking) -> (Atlas, Report) {
+    scene.mesh.corner_uv = Some(atlas.corner_uv.clone());
+    let told =
+        Input { kept_uv: scene.mesh.corner_uv.as_deref(), tolerance: scene.mesh.tolerance, ..input(&scene.mesh) };
+    let settings = Settings { rays: 64, effort: 0.1, stack, ..Settings::default() };
+    run_told(&told, &settings, &Serial, 0, &mut Silent, &AtomicBool::new(false)).expect("an atlas")
+}
+
 /// UV of each corner of body `k`.
 fn uv_of(scene: &Scene, atlas: &Atlas, k: usize) -> Vec<DVec2> {
     scene.corner_of[k].iter().map(|c| atlas.corner_uv[*c]).collect()
@@ -170,12 +179,7 @@ fn halves_that_differ_and_kept_uvs_are_left_whole() {
     let whole = Placed { mesh: &pear, mirrored: false };
     let mut scene = scattered(&[whole], 5, Some(6));
     let (atlas, _) = unwrapped(&scene, Stacking::Off, 0, &Serial);
-    scene.mesh.corner_uv = Some(atlas.corner_uv);
-    let kept = input(&scene.mesh);
-    let kept = Input { kept_uv: scene.mesh.corner_uv.as_deref(), tolerance: scene.mesh.tolerance, ..kept };
-    let settings = Settings { rays: 64, effort: 0.1, stack: Stacking::Mirrored, ..Settings::default() };
-    let (_, report) = run_told(&kept, &settings, &Serial, 0, &mut Silent, &AtomicBool::new(false)).expect("an atlas");
-    assert_eq!(report.stacked, 0);
+    assert_eq!(kept(&mut scene, &atlas, Stacking::Mirrored).1.stacked, 0);
     // A dent of a tenth on one side.
     pear.positions[40] *= 0.9;
     let scene = scattered(&[Placed { mesh: &pear, mirrored: false }], 5, Some(6));
@@ -233,15 +237,6 @@ fn pages_that_share_an_edge_lie_on_one_another() {
     assert_eq!(report.chart_count, report.stacked + 1);
     let mesh = Mesh { corner_uv: Some(atlas.corner_uv), ..scene.mesh };
     assert_eq!(verdict(&mesh, Rules { stacks: true, ..Rules::default() }).faults, []);
-}
-
-/// Unwrapped again with the seams of `atlas` kept.
-fn kept(scene: &mut Scene, atlas: &Atlas, stack: Stacking) -> (Atlas, Report) {
-    scene.mesh.corner_uv = Some(atlas.corner_uv.clone());
-    let told =
-        Input { kept_uv: scene.mesh.corner_uv.as_deref(), tolerance: scene.mesh.tolerance, ..input(&scene.mesh) };
-    let settings = Settings { rays: 64, effort: 0.1, stack, ..Settings::default() };
-    run_told(&told, &settings, &Serial, 0, &mut Silent, &AtomicBool::new(false)).expect("an atlas")
 }
 
 #[test]

@@ -8,9 +8,7 @@
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::workers::Workers;
-use crate::charts::copies::Copies;
 use crate::charts::pieces::Pieces;
-use crate::first::disks::slit_holes;
 use crate::mesh::loops::{border_count, count_loops};
 use crate::mesh::view::NONE;
 use crate::mesh::working::Working;
@@ -60,23 +58,6 @@ pub fn take_over(
     self_overlaps(partner, uv, chart, pieces.count(), |_| true, scratch, workers)?;
     let overlapping = partner.iter().zip(&*chart).filter(|(partner, _)| **partner != NONE);
     overlapping.for_each(|(_, p)| kept[*p as usize] = 0);
-    Ok(())
-}
-
-/// Cuts from the holes of the pieces that are `kept`, but copies, to their outer borders: what places charts knows disks. Both sides of
-/// such a cut lie on each other.
-pub fn slit_kept(
-    cut: &mut [u8],
-    kept: &[u8],
-    pieces: &Pieces,
-    copies: Copies,
-    mut scratch: Scratch,
-) -> Result<(), ScratchTooSmall> {
-    for p in (0..pieces.count()).filter(|p| kept[*p] != 0 && !copies.is_copy(*p)) {
-        let mut frame = scratch.frame();
-        let surface = pieces.surface(p, &mut frame)?;
-        slit_holes(&mut cut[pieces.corners(p)], &surface, frame)?;
-    }
     Ok(())
 }
 

@@ -10,6 +10,7 @@ use super::decimal::Decimal;
 use super::fitting::{FitSummary, Fitting, MOST_CHARTS, OwnFigures, net_of};
 use super::mend::{Mending, mend};
 use super::nodes::{LearningScene, LearningSet, MOST_NODES, largest_charts, write_features};
+use super::pieces::slit_pieces;
 use super::report::UnwrapError;
 use crate::base::progress::{Progress, Stage, Wish};
 use crate::base::real::sqrt;
@@ -20,7 +21,6 @@ use crate::charts::copies::Copies;
 use crate::charts::cut_mesh::{CutMesh, cut_mesh_need};
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::Surface;
-use crate::first::disks::slit_holes;
 use crate::judge::distortion::{Sound, distortion, distortion_need};
 use crate::judge::input::{UvMesh, areas};
 use crate::learn::chart_net::ChartNet;
@@ -150,12 +150,7 @@ fn settle_cuts(
         all_cut.fill(1);
         pieces.source.iter().enumerate().for_each(|(at, c)| all_cut[*c as usize] = u8::from(pieces.is_open(cut, at)));
     }
-    for p in scene.originals() {
-        let mut frame = scratch.frame();
-        let surface = pieces.surface(p, &mut frame)?;
-        slit_holes(&mut cut[pieces.corners(p)], &surface, frame)?;
-    }
-    Ok(())
+    slit_pieces(cut, pieces, |p| !scene.copies.is_copy(p), scratch)
 }
 
 /// Drops the cuts inside charts that the map `uv` does not open: a network would have to learn both of their sides alike.

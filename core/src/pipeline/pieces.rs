@@ -4,11 +4,12 @@
 
 use crate::base::pace::{Marks, NoMarks, Pace, StageError};
 use crate::base::room::Room;
-use crate::base::scratch::Scratch;
+use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::slices::take_first;
 use crate::base::workers::{Serial, Workers, for_each_chunk};
 use crate::charts::pieces::Pieces;
 use crate::charts::surface::surface_need;
+use crate::first::disks::slit_holes;
 use crate::search::budget::Budget;
 use crate::search::seams::{make_charts, make_charts_need};
 use glam::DVec2;
@@ -126,6 +127,22 @@ fn unwrap_in_turn(
     }
     *made = pieces.count();
     Ok(pace.mark(work)?)
+}
+
+/// Cuts from the holes of charts to their outer borders in the pieces that are `wanted`: what places charts knows disks. Both sides of such a
+/// cut lie on each other.
+pub fn slit_pieces(
+    cut: &mut [u8],
+    pieces: &Pieces,
+    wanted: impl Fn(usize) -> bool,
+    mut scratch: Scratch,
+) -> Result<(), ScratchTooSmall> {
+    for p in (0..pieces.count()).filter(|p| wanted(*p)) {
+        let mut frame = scratch.frame();
+        let surface = pieces.surface(p, &mut frame)?;
+        slit_holes(&mut cut[pieces.corners(p)], &surface, frame)?;
+    }
+    Ok(())
 }
 
 /// Makes charts of piece `p` with all memory and all workers.
