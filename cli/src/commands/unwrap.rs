@@ -12,7 +12,7 @@ use crate::training::trainer::Trainer;
 use seamwright_core::pipeline::Settings;
 
 /// Further searches of the hybrid method.
-const HYBRID: u32 = 15;
+const HYBRID: u32 = 8;
 
 /// Runs `seamwright unwrap`.
 pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {

@@ -148,6 +148,17 @@ impl<'a> Surface<'a> {
         t != NONE && uv[c as usize] == uv[next(t) as usize] && uv[next(c) as usize] == uv[t as usize]
     }
 
+    /// Whether the edge of `c` is a cut that is seen.
+    pub fn is_seen(&self, uv: &[DVec2], cut: &[u8], c: u32) -> bool {
+        cut[c as usize] != 0 && !self.is_closed(uv, c)
+    }
+
+    /// What the cuts that are seen cost.
+    pub fn cost_of(&self, uv: &[DVec2], cut: &[u8]) -> f64 {
+        let seen = (0..cut.len() as u32).filter(|c| self.is_seen(uv, cut, *c));
+        seen.map(|c| 0.5 * self.cost[c as usize]).sum()
+    }
+
     /// The border that the open half-edge `first` is on, once round from there.
     pub fn border<'s>(&'s self, cut: &'s [u8], first: u32) -> impl Iterator<Item = u32> + 's {
         core::iter::successors(Some(first), move |c| Some(self.following(cut, *c)).filter(|c| *c != first))

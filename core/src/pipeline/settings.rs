@@ -92,8 +92,8 @@ pub struct Settings {
     pub hard_edges: HardEdges,
     /// What is given up where seams and fill are at odds.
     pub prefer: Prefer,
-    /// Further searches for seams, of which the best is kept: each takes about as long as the first on a coarse mesh. Noticed seams
-    /// become shorter; see docs/RESULTS.md.
+    /// Trials of ruin and recreate beyond those of any search, on the mesh itself where it has no more than 30,000 faces. Noticed seams become
+    /// shorter; see docs/RESULTS.md.
     pub search: u32,
     /// Seed of every random value.
     pub seed: u64,

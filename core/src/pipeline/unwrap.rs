@@ -34,7 +34,7 @@ use crate::price::given::OnMesh;
 use crate::rays::bvh::BuildBvh;
 use crate::rays::cast::Scene;
 use crate::rays::exposure::exposure_need;
-use crate::search::budget::{Budget, Draws};
+use crate::search::budget::Budget;
 use crate::search::seams::make_charts_need;
 use glam::{DVec2, DVec3};
 
@@ -258,7 +258,8 @@ fn budget(settings: &Settings, has_parts: bool) -> Budget {
         distortion: settings.distortion,
         bulky: whole || has_parts,
         whole,
-        draws: Draws { count: settings.search, seed: settings.seed },
+        renewals: settings.search,
+        seed: settings.seed,
         ends_early: settings.can_end_early(),
     }
 }

@@ -1,14 +1,5 @@
 //! What a search may spend.
 
-/// Further searches.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Draws {
-    /// How many.
-    pub count: u32,
-    /// Seed of what leads them elsewhere.
-    pub seed: u64,
-}
-
 /// What the search may spend.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
@@ -18,8 +9,10 @@ pub struct Budget {
     pub bulky: bool,
     /// Whether a piece stays one chart; larger ones than can be walled only become few.
     pub whole: bool,
-    /// Further searches, of which the best is kept.
-    pub draws: Draws,
+    /// Trials on the mesh itself beyond those of any search.
+    pub renewals: u32,
+    /// Seed of the places of trials.
+    pub seed: u64,
     /// Whether the search may be told to end early: then it keeps a copy of its last mark.
     pub ends_early: bool,
 }

@@ -81,8 +81,50 @@ pub fn search_from(
 ) -> Result<(), StageError> {
     let surface = &Surface { stays_whole: budget.whole, ..*surface };
     flatten_all(uv, cut, surface, scratch.frame(), workers)?;
+    in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, mut scratch| {
+        rounds.mark()?;
+        if trials != Trials::None {
+            rounds.zip(budget, Which::Slits, scratch.frame())?;
+        }
+        all_rounds(rounds, budget, trials, f64::INFINITY, scratch)
+    })
+}
+
+/// The same from maps that are there, whose slits were closed; given up where cuts cost more than `ceiling` before any is closed again.
+#[allow(clippy::too_many_arguments)]
+pub fn search_again(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    trials: Trials,
+    ceiling: f64,
+    scratch: Scratch,
+    workers: &dyn Workers,
+    marks: &mut dyn Marks,
+) -> Result<(), StageError> {
+    let surface = &Surface { stays_whole: budget.whole, ..*surface };
     in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, scratch| {
-        all_rounds(rounds, budget, trials, scratch)
+        all_rounds(rounds, budget, trials, ceiling, scratch)
+    })
+}
+
+/// What is done once when no search follows: distortion gathers in few faces, slivers are joined, what is flat is unrolled, and holes
+/// have slits.
+#[allow(clippy::too_many_arguments)]
+pub fn settle(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    trials: Trials,
+    scratch: Scratch,
+    workers: &dyn Workers,
+    marks: &mut dyn Marks,
+) -> Result<(), StageError> {
+    let surface = &Surface { stays_whole: budget.whole, ..*surface };
+    in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, scratch| {
+        last_rounds(rounds, budget, trials, scratch)
     })
 }
 
@@ -124,11 +166,14 @@ fn in_rounds(
     rounds.to_the_end(|rounds| work(rounds, scratch))
 }
 
-fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: Scratch) -> Result<(), StageError> {
+fn all_rounds(
+    rounds: &mut Rounds,
+    budget: Budget,
+    trials: Trials,
+    ceiling: f64,
+    mut scratch: Scratch,
+) -> Result<(), StageError> {
     rounds.mark()?;
-    if trials != Trials::None {
-        rounds.zip(budget, Which::Slits, scratch.frame())?;
-    }
     let compact = trials == Trials::All && !budget.bulky;
     if compact {
         rounds.part_bulky(scratch.frame())?;
@@ -138,6 +183,9 @@ fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: 
         rounds.part_overlaps(scratch.frame())?;
         if compact {
             rounds.part_bulky(scratch.frame())?;
+        }
+        if rounds.surface.cost_of(rounds.uv, rounds.cut) > ceiling {
+            return Ok(());
         }
         rounds.glue(budget, scratch.frame())?;
         if rounds.distortion() <= budget.distortion {
@@ -152,6 +200,11 @@ fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: 
         rounds.zip(budget, Which::All, scratch.frame())?;
         rounds.zip(budget, Which::Slivers, scratch.frame())?;
     }
+    rounds.mark()
+}
+
+fn last_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: Scratch) -> Result<(), StageError> {
+    rounds.mark()?;
     rounds.concentrate(budget.distortion, scratch.frame())?;
     rounds.cap(budget.distortion, scratch.frame())?;
     // Slivers that the last two have made.

@@ -1,12 +1,12 @@
 //! Seam optimisation: one budget of distortion, spent where it hides most.
 //!
-//! A piece is cut on the mesh itself, or, where it has more than [`PROXY_FROM`] faces, by way of two decimated ones. Guarantee: no flips;
+//! A piece is cut on the mesh itself, or, where it has more than [`PROXY_FROM`] faces, by way of a decimated one. Guarantee: no flips;
 //! no overlap inside a chart but of one polygon.
 
 use super::budget::Budget;
-use super::by_proxy::{PROXY_FROM, cut_by_proxies, proxies_need};
-use super::direct::{Trials, close_ends, direct_need, search_anew, search_from};
-use super::draws::{draws_need, search_best};
+use super::by_proxy::{Carried, PROXY_FROM, cut_by_proxy, proxy_need};
+use super::direct::{Trials, close_ends, direct_need, search_anew, search_from, settle};
+use super::renewal::{Renewals, renew, renewals_need, search_best};
 use crate::base::pace::{Marks, StageError};
 use crate::base::scratch::Scratch;
 use crate::base::workers::Workers;
@@ -15,6 +15,8 @@ use glam::DVec2;
 
 /// Pieces of more faces have no trials of their own.
 const LARGE: usize = 30_000;
+/// Pieces of no more faces have memory for one trial at a time.
+const SMALL: usize = 1000;
 
 fn trials(faces: usize) -> Trials {
     if faces <= PROXY_FROM {
@@ -29,7 +31,14 @@ fn trials(faces: usize) -> Trials {
 /// Scratch bytes that [`make_charts`] asks for.
 pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let direct = direct_need(faces, vertices, trials(faces));
-    if faces > PROXY_FROM { direct.max(proxies_need(faces, vertices)) } else { direct + draws_need(faces) }
+    let renewals = |beside: usize| renewals_need(faces, vertices, trials(faces), beside);
+    let own = match faces {
+        ..=SMALL => renewals(1),
+        _ if faces <= PROXY_FROM => renewals(2),
+        _ if faces <= LARGE => renewals(1).max(proxy_need(faces, vertices)),
+        _ => proxy_need(faces, vertices),
+    };
+    direct.max(own)
 }
 
 /// Cuts and flattens the surface: writes `cut` (one flag a half-edge) and `uv` (one point a corner).
@@ -47,12 +56,21 @@ pub fn make_charts(
     let budget = Budget { whole: budget.whole && faces <= LARGE, ..budget };
     let trials = trials(faces);
     if faces <= PROXY_FROM {
-        search_best(uv, cut, surface, budget, scratch.frame(), workers, marks)?;
+        let renewals = Renewals::with(budget.renewals);
+        search_best(uv, cut, surface, budget, renewals, scratch.frame(), workers, marks)?;
     } else {
-        let has_cuts = cut_by_proxies(cut, surface, budget, scratch.frame(), workers, marks)?;
-        let search = if has_cuts { search_from } else { search_anew };
-        search(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?;
+        let renewals = Renewals::with(if faces <= LARGE { 0 } else { budget.renewals });
+        match cut_by_proxy(cut, surface, budget, renewals, scratch.frame(), workers, marks)? {
+            Carried::All => search_from(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
+            Carried::Early => search_from(uv, cut, surface, budget, trials, scratch.frame().quiet(), workers, marks)?,
+            Carried::None => search_anew(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
+        }
+        if faces <= LARGE && budget.renewals > 0 {
+            let renewals = Renewals::just(budget.renewals);
+            renew(uv, cut, surface, budget, trials, renewals, scratch.frame(), workers, marks)?;
+        }
     }
+    settle(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?;
     match trials {
         Trials::None => Ok(()),
         _ => close_ends(uv, cut, surface, budget, scratch, workers, marks),
