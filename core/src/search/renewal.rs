@@ -25,13 +25,14 @@ use crate::mesh::view::{NONE, next};
 use crate::plane::crowding::Crowd;
 use crate::price::cost::{FILL_WORTH, FORBIDDEN};
 use crate::solve::bound::distortion;
+use core::cmp::Ordering::Less;
 use core::sync::atomic::{AtomicBool, Ordering};
 use glam::{DVec2, DVec3};
 
 /// Trials of any search: with 24 of them 13 meshes are noticed as much as with 8 (docs/RESULTS.md).
 const ANY: u32 = 8;
 /// Trials in a row that find nothing better, after which there are no more than were asked for.
-const IN_VAIN: u32 = 4;
+const IN_VAIN: u32 = 6;
 /// What cuts may cost before any is closed again, over what those of the best cost: trials that cut more are given up.
 const CEILING: f64 = 1.15;
 /// Radius of a ball over the root of the area, on the mean; each has half to one and a half of it.
@@ -78,28 +79,43 @@ pub fn renewals_need(faces: usize, vertices: usize, trials: Trials, beside: usiz
     beside.min(BESIDE) * (direct_need(faces, vertices, trials) + renewal_need(faces))
 }
 
-/// What charts cost: how far the distortion is above the bound, then what their cuts cost and leave empty of the square; where one chart
-/// is asked for, each further one costs more than all cuts.
-pub fn price_of(
-    uv: &[DVec2],
-    cut: &[u8],
-    surface: &Surface,
-    budget: &Budget,
-    mut scratch: Scratch,
-) -> Result<[f64; 2], ScratchTooSmall> {
-    let area: f64 = surface.rest.iter().map(|r| r.area).sum();
-    let cost = surface.cost_of(uv, cut);
-    let missed = (distortion(uv, surface.rest) - budget.distortion).max(0.0);
-    let charts = ChartList::new(surface, cut, &mut scratch)?;
-    let mut crowd = Crowd::default();
-    for k in 0..charts.count() {
-        let faces = charts.faces_of(k);
-        let area = faces.iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
-        let Some(start) = surface.outer_open(cut, faces, uv) else { continue };
-        crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
+/// What charts cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Price {
+    missed: f64, // how far the distortion is above the bound
+    cuts: f64,   // what cuts cost, over the root of the area
+    all: f64, // the same and what is left empty of the square; where one chart is asked for, each further one costs more than all cuts
+    charts: usize,
+}
+
+impl Price {
+    fn of(
+        uv: &[DVec2],
+        cut: &[u8],
+        surface: &Surface,
+        budget: &Budget,
+        mut scratch: Scratch,
+    ) -> Result<Self, ScratchTooSmall> {
+        let area: f64 = surface.rest.iter().map(|r| r.area).sum();
+        let cuts = surface.cost_of(uv, cut) / sqrt(area);
+        let missed = (distortion(uv, surface.rest) - budget.distortion).max(0.0);
+        let charts = ChartList::new(surface, cut, &mut scratch)?;
+        let mut crowd = Crowd::default();
+        for k in 0..charts.count() {
+            let faces = charts.faces_of(k);
+            let area = faces.iter().map(|f| surface.rest[*f as usize].area).sum::<f64>();
+            let Some(start) = surface.outer_open(cut, faces, uv) else { continue };
+            crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
+        }
+        let further = if budget.whole { FURTHER * charts.count() as f64 } else { 0.0 };
+        Ok(Self { missed, cuts, all: further + cuts - FILL_SHARE * FILL_WORTH * crowd.fill(), charts: charts.count() })
     }
-    let further = if budget.whole { FURTHER * charts.count() as f64 } else { 0.0 };
-    Ok([missed, further + cost / sqrt(area) - FILL_SHARE * FILL_WORTH * crowd.fill()])
+
+    /// Whether it is less than another. More charts for fill alone are left to the cuts that let charts pack, which are tried by packing.
+    fn is_less(&self, other: &Self) -> bool {
+        let order = self.missed.total_cmp(&other.missed).then(self.all.total_cmp(&other.all));
+        order == Less && (self.charts <= other.charts || self.missed < other.missed || self.cuts < other.cuts)
+    }
 }
 
 /// Searches from the least cuts, and from cuts around the openings of flat faces where there are some; renews the better so many
@@ -133,7 +149,7 @@ fn from_openings(
     workers: &dyn Workers,
     marks: &mut dyn Marks,
 ) -> Result<(), StageError> {
-    let best = price_of(uv, cut, surface, &budget, scratch.frame())?;
+    let best = Price::of(uv, cut, surface, &budget, scratch.frame())?;
     let (other_uv, other_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
     if !cut_around_openings(other_cut, surface, scratch.frame())? {
         return Ok(());
@@ -141,7 +157,7 @@ fn from_openings(
     marks.mark(0)?;
     let budget = Budget { ends_early: false, ..budget };
     search_from(other_uv, other_cut, surface, budget, Trials::All, scratch.frame(), workers, marks)?;
-    if price_of(other_uv, other_cut, surface, &budget, scratch)? < best {
+    if Price::of(other_uv, other_cut, surface, &budget, scratch)?.is_less(&best) {
         uv.copy_from(other_uv);
         cut.copy_from(other_cut);
     }
@@ -185,7 +201,7 @@ fn renew_all(
     let (faces, vertices) = (surface.mesh.faces.len(), surface.mesh.positions.len());
     let one = renewals_need(faces, vertices, trials, 1);
     let beside = (scratch.remaining() / one.max(1)).clamp(1, BESIDE);
-    let mut best = price_of(uv, cut, surface, &budget, scratch.frame())?;
+    let mut best = Price::of(uv, cut, surface, &budget, scratch.frame())?;
     let (mut number, mut marked, mut in_vain) = (0, 0, 0);
     while number < renewals.most && (in_vain < IN_VAIN || number < renewals.least) {
         if marked == number {
@@ -221,7 +237,7 @@ struct Renewal<'r> {
     surface: &'r Surface<'r>,
     budget: Budget,
     trials: Trials,
-    best: [f64; 2],
+    best: Price,
     ceiling: f64,
 }
 
@@ -231,7 +247,7 @@ struct RenewalJob<'j> {
     uv: &'j mut [DVec2],
     cut: &'j mut [u8],
     scratch: Option<Scratch<'j>>,
-    price: Result<Option<[f64; 2]>, StageError>, // what it found, where that costs less
+    price: Result<Option<Price>, StageError>, // what it found, where that costs less
 }
 
 impl Renewal<'_> {
@@ -269,7 +285,7 @@ impl Renewal<'_> {
 
 impl RenewalJob<'_> {
     /// The price of what it makes of the charts, where that is less.
-    fn run(&mut self, renewal: &Renewal, workers: &dyn Workers) -> Result<Option<[f64; 2]>, StageError> {
+    fn run(&mut self, renewal: &Renewal, workers: &dyn Workers) -> Result<Option<Price>, StageError> {
         let Renewal { surface, budget, trials, best, ceiling } = *renewal;
         let Some(mut scratch) = self.scratch.take() else { return Ok(None) };
         scratch.look_up()?;
@@ -280,8 +296,8 @@ impl RenewalJob<'_> {
         disks_again(self.cut, surface, scratch.frame())?;
         flatten_below(self.uv, self.cut, changed, f64::INFINITY, surface, scratch.frame(), workers)?;
         search_again(self.uv, self.cut, surface, budget, trials, ceiling, scratch.frame(), workers, &mut NoMarks)?;
-        let price = price_of(self.uv, self.cut, surface, &budget, scratch)?;
-        Ok(Some(price).filter(|price| *price < best))
+        let price = Price::of(self.uv, self.cut, surface, &budget, scratch)?;
+        Ok(Some(price).filter(|price| price.is_less(&best)))
     }
 }
 
@@ -405,11 +421,11 @@ mod tests {
                 let part = frame.split(renewals_need(faces, vertices, Trials::All, beside)).unwrap();
                 let renewals = Renewals::just(count);
                 search_best(&mut uv, &mut cut, surface, budget, renewals, part, &Serial, &mut NoMarks).unwrap();
-                (price_of(&uv, &cut, surface, &budget, scratch.frame()).unwrap(), cut)
+                (Price::of(&uv, &cut, surface, &budget, scratch.frame()).unwrap(), cut)
             };
             let prices = [0, 2, 9].map(|count| best(count, 2));
-            assert!(prices.windows(2).all(|w| w[1].0 <= w[0].0), "{:?}", [&prices[0].0, &prices[1].0, &prices[2].0]);
-            assert!(prices[2].0 < prices[0].0);
+            assert!(prices.windows(2).all(|w| w[1].0.all <= w[0].0.all), "{:?}", prices.each_ref().map(|p| p.0));
+            assert!(prices[2].0.is_less(&prices[0].0));
             assert!(best(9, 1) == prices[2]);
         });
     }
