@@ -28,6 +28,8 @@ use glam::{DVec2, DVec3};
 
 /// Faces of the coarse mesh.
 const PROXY_FACES: usize = 2000;
+/// And where a piece stays one chart: with fewer, spot's one chart has a seam of 5.7 instead of 4.3.
+const WHOLE_FACES: usize = 3000;
 /// Pieces of more faces are cut by way of them.
 pub const PROXY_FROM: usize = 4500;
 /// How far paths may slide while they are carried over.
@@ -46,7 +48,7 @@ const MORE: usize = 5;
 
 /// Faces of a coarse mesh of one of so many `faces` at the most.
 fn most_of(faces: usize) -> usize {
-    (2 * PROXY_FACES).max(faces / SHARE)
+    (2 * WHOLE_FACES).max(faces / SHARE)
 }
 
 /// Scratch bytes that [`cut_by_proxy`] asks for.
@@ -69,8 +71,13 @@ struct Proxy<'p> {
 }
 
 impl<'p> Proxy<'p> {
-    /// Decimates `fine`; nothing where it ends with more than `most`.
-    fn new(fine: &Surface, most: usize, keep: &mut Scratch<'p>) -> Result<Option<Self>, ScratchTooSmall> {
+    /// Decimates `fine` to `target` faces; nothing where it ends with more than `most`.
+    fn new(
+        fine: &Surface,
+        target: usize,
+        most: usize,
+        keep: &mut Scratch<'p>,
+    ) -> Result<Option<Self>, ScratchTooSmall> {
         let (n, count) = (fine.mesh.positions.len(), fine.mesh.faces.len());
         let history = keep.take::<Collapse>(n)?;
         // The coarse mesh is copied out of full-size memory, which is then free again.
@@ -82,10 +89,10 @@ impl<'p> Proxy<'p> {
             mark_creases(hard, fine, frame.frame())?;
             let (full_faces, full_vertex) = (frame.take::<[u32; 3]>(count)?, frame.take::<u32>(n)?);
             let mut to = |hard: &[u8]| {
-                decimate(full_faces, full_vertex, history, fine.mesh, fine.twin, hard, PROXY_FACES, frame.frame())
+                decimate(full_faces, full_vertex, history, fine.mesh, fine.twin, hard, target, frame.frame())
             };
             let mut done = to(hard)?;
-            if done.faces > PROXY_FACES + PROXY_FACES / MORE {
+            if done.faces > target + target / MORE {
                 // The creases of a scan are many and say little.
                 hard.fill(0);
                 done = to(hard)?;
@@ -131,7 +138,7 @@ fn mark_creases(hard: &mut [u8], surface: &Surface, mut scratch: Scratch) -> Res
 
 /// What came of a search on a coarse mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Carried {
+pub enum ProxyCuts {
     /// The cuts are those that it found.
     All,
     /// The same, but it was told to end before it was done.
@@ -150,10 +157,11 @@ pub fn cut_by_proxy(
     mut scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
-) -> Result<Carried, StageError> {
+) -> Result<ProxyCuts, StageError> {
     marks.mark(surface.mesh.faces.len())?;
     let most = most_of(surface.mesh.faces.len());
-    let Some(proxy) = Proxy::new(surface, most, &mut scratch)? else { return Ok(Carried::None) };
+    let target = if budget.whole { WHOLE_FACES } else { PROXY_FACES };
+    let Some(proxy) = Proxy::new(surface, target, most, &mut scratch)? else { return Ok(ProxyCuts::None) };
     let Proxy { surface: coarse, history, uv: coarse_uv, cut: coarse_cut } = proxy;
     let slack = Budget { distortion: 1.0 + SLACK * (budget.distortion - 1.0), ..budget };
     let is_done = search_best(coarse_uv, coarse_cut, &coarse, slack, renewals, scratch.frame(), workers, marks)?;
@@ -166,13 +174,13 @@ pub fn cut_by_proxy(
     slit_holes(coarse_cut, &coarse, scratch.frame())?;
     let carried = transfer(cut, surface, &coarse, coarse_cut, history, SLIDES, scratch.frame())?;
     if !carried.is_faithful() {
-        return Ok(Carried::None);
+        return Ok(ProxyCuts::None);
     }
     if carried.forbidden > 0 {
         if !go_round(cut, surface) {
-            return Ok(Carried::None);
+            return Ok(ProxyCuts::None);
         }
         disks_again(cut, surface, scratch)?;
     }
-    Ok(if is_done { Carried::All } else { Carried::Early })
+    Ok(if is_done { ProxyCuts::All } else { ProxyCuts::Early })
 }

@@ -4,7 +4,7 @@
 //! no overlap inside a chart but of one polygon.
 
 use super::budget::Budget;
-use super::by_proxy::{Carried, PROXY_FROM, cut_by_proxy, proxy_need};
+use super::by_proxy::{PROXY_FROM, ProxyCuts, cut_by_proxy, proxy_need};
 use super::direct::{Trials, close_ends, direct_need, search_anew, search_from, settle};
 use super::renewal::{Renewals, renew, renewals_need, search_best};
 use crate::base::pace::{Marks, StageError};
@@ -26,6 +26,11 @@ fn trials(faces: usize) -> Trials {
     } else {
         Trials::None
     }
+}
+
+/// Those of any search and `more`; one chart that is held apart from itself takes many times as long, and none was found better.
+fn renewals(budget: Budget, more: u32) -> Renewals {
+    if budget.whole { Renewals::just(more) } else { Renewals::with(more) }
 }
 
 /// Scratch bytes that [`make_charts`] asks for.
@@ -56,14 +61,14 @@ pub fn make_charts(
     let budget = Budget { whole: budget.whole && faces <= LARGE, ..budget };
     let trials = trials(faces);
     if faces <= PROXY_FROM {
-        let renewals = Renewals::with(budget.renewals);
+        let renewals = renewals(budget, budget.renewals);
         search_best(uv, cut, surface, budget, renewals, scratch.frame(), workers, marks)?;
     } else {
-        let renewals = Renewals::with(if faces <= LARGE { 0 } else { budget.renewals });
+        let renewals = renewals(budget, if faces <= LARGE { 0 } else { budget.renewals });
         match cut_by_proxy(cut, surface, budget, renewals, scratch.frame(), workers, marks)? {
-            Carried::All => search_from(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
-            Carried::Early => search_from(uv, cut, surface, budget, trials, scratch.frame().quiet(), workers, marks)?,
-            Carried::None => search_anew(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
+            ProxyCuts::All => search_from(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
+            ProxyCuts::Early => search_from(uv, cut, surface, budget, trials, scratch.frame().quiet(), workers, marks)?,
+            ProxyCuts::None => search_anew(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
         }
         if faces <= LARGE && budget.renewals > 0 {
             let renewals = Renewals::just(budget.renewals);
