@@ -11,7 +11,7 @@ use crate::jobs::target::target;
 use crate::training::trainer::Trainer;
 use seamwright_core::pipeline::Settings;
 
-/// Further searches of the hybrid method.
+/// Further trials of the hybrid method.
 const HYBRID: u32 = 8;
 
 /// Runs `seamwright unwrap`.

@@ -30,7 +30,7 @@ use glam::{DVec2, DVec3};
 const PROXY_FACES: usize = 2000;
 /// And where a piece stays one chart: with fewer, spot's one chart has a seam of 5.7 instead of 4.3.
 const WHOLE_FACES: usize = 3000;
-/// Pieces of more faces are cut by way of them.
+/// Pieces of more faces are cut by way of a coarse mesh.
 pub const PROXY_FROM: usize = 4500;
 /// How far paths may slide while they are carried over.
 const SLIDES: Slides = Slides { reach: 2.0, rounds: 3 };
@@ -38,7 +38,7 @@ const SLIDES: Slides = Slides { reach: 2.0, rounds: 3 };
 const CREASE: f64 = 35.0;
 /// Where more than this share of all edges are creases they say nothing, and would stop the decimation.
 const MOST_CREASES: f64 = 0.5;
-/// What the coarse meshes may be distorted over what the mesh may: the same cuts distort a fine mesh less.
+/// What a coarse mesh may be distorted over what the mesh may: the same cuts distort a fine mesh less.
 const SLACK: f64 = 1.2;
 /// A coarse mesh has at most twice the faces that are wanted, or one of so many of the mesh's: handles and holes keep a scan's from
 /// being reached.

@@ -103,14 +103,13 @@ pub fn search_again(
     workers: &dyn Workers,
     marks: &mut dyn Marks,
 ) -> Result<(), StageError> {
-    let surface = &Surface { stays_whole: budget.whole, ..*surface };
     in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, scratch| {
         all_rounds(rounds, budget, trials, ceiling, scratch)
     })
 }
 
-/// What is done once when no search follows: distortion gathers in few faces, slivers are joined, what is flat is unrolled, and holes
-/// have slits.
+/// What is done once when no search follows: distortion gathers in few faces, slivers are joined, what is flat is unrolled, holes have slits,
+/// and ends of slits close with what the bound leaves.
 #[allow(clippy::too_many_arguments)]
 pub fn settle(
     uv: &mut [DVec2],
@@ -122,26 +121,8 @@ pub fn settle(
     workers: &dyn Workers,
     marks: &mut dyn Marks,
 ) -> Result<(), StageError> {
-    let surface = &Surface { stays_whole: budget.whole, ..*surface };
     in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, scratch| {
         last_rounds(rounds, budget, trials, scratch)
-    })
-}
-
-/// Closes ends of slits with what the bound leaves once all is done.
-pub fn close_ends(
-    uv: &mut [DVec2],
-    cut: &mut [u8],
-    surface: &Surface,
-    budget: Budget,
-    scratch: Scratch,
-    workers: &dyn Workers,
-    marks: &mut dyn Marks,
-) -> Result<(), StageError> {
-    let surface = &Surface { stays_whole: budget.whole, ..*surface };
-    in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, scratch| {
-        rounds.zip(budget, Which::Ends, scratch)?;
-        rounds.mark()
     })
 }
 
@@ -157,6 +138,7 @@ fn in_rounds(
     marks: &mut dyn Marks,
     work: impl FnOnce(&mut Rounds, Scratch) -> Result<(), StageError>,
 ) -> Result<(), StageError> {
+    let surface = &Surface { stays_whole: budget.whole, ..*surface };
     let changed = scratch.take::<u8>(surface.mesh.faces.len())?;
     let last = match budget.ends_early {
         true => Some((scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?)),
@@ -215,6 +197,11 @@ fn last_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch:
     }
     rounds.unroll(scratch.frame())?;
     // What reads charts after the search reads disks: holes have slits again, whose sides lie on each other.
-    slit_holes(rounds.cut, rounds.surface, scratch)?;
+    slit_holes(rounds.cut, rounds.surface, scratch.frame())?;
+    rounds.mark()?;
+    if trials == Trials::None {
+        return Ok(());
+    }
+    rounds.zip(budget, Which::Ends, scratch)?;
     rounds.mark()
 }

@@ -83,8 +83,8 @@ pub fn renewals_need(faces: usize, vertices: usize, trials: Trials, beside: usiz
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Price {
     missed: f64, // how far the distortion is above the bound
-    cuts: f64,   // what cuts cost, over the root of the area
-    all: f64, // the same and what is left empty of the square; where one chart is asked for, each further one costs more than all cuts
+    cuts: f64,   // what cuts cost
+    all: f64, // the same over the root of the area, and what is left empty of the square; where one chart is asked for, each further one costs more than all cuts
     charts: usize,
 }
 
@@ -97,7 +97,7 @@ impl Price {
         mut scratch: Scratch,
     ) -> Result<Self, ScratchTooSmall> {
         let area: f64 = surface.rest.iter().map(|r| r.area).sum();
-        let cuts = surface.cost_of(uv, cut) / sqrt(area);
+        let cuts = surface.cost_of(uv, cut);
         let missed = (distortion(uv, surface.rest) - budget.distortion).max(0.0);
         let charts = ChartList::new(surface, cut, &mut scratch)?;
         let mut crowd = Crowd::default();
@@ -108,7 +108,8 @@ impl Price {
             crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
         }
         let further = if budget.whole { FURTHER * charts.count() as f64 } else { 0.0 };
-        Ok(Self { missed, cuts, all: further + cuts - FILL_SHARE * FILL_WORTH * crowd.fill(), charts: charts.count() })
+        let all = further + cuts / sqrt(area) - FILL_SHARE * FILL_WORTH * crowd.fill();
+        Ok(Self { missed, cuts, all, charts: charts.count() })
     }
 
     /// Whether it is less than another. More charts for fill alone are left to the cuts that let charts pack, which are tried by packing.
@@ -201,6 +202,7 @@ fn renew_all(
     let (faces, vertices) = (surface.mesh.faces.len(), surface.mesh.positions.len());
     let one = renewals_need(faces, vertices, trials, 1);
     let beside = (scratch.remaining() / one.max(1)).clamp(1, BESIDE);
+    let budget = Budget { ends_early: false, ..budget };
     let mut best = Price::of(uv, cut, surface, &budget, scratch.frame())?;
     let (mut number, mut marked, mut in_vain) = (0, 0, 0);
     while number < renewals.most && (in_vain < IN_VAIN || number < renewals.least) {
@@ -209,9 +211,7 @@ fn renew_all(
             marked += 1;
         }
         let alarms = [const { AtomicBool::new(false) }; BESIDE];
-        let ceiling = CEILING * surface.cost_of(uv, cut);
-        let budget = Budget { ends_early: false, ..budget };
-        let renewal = Renewal { surface, budget, trials, best, ceiling };
+        let renewal = Renewal { surface, budget, trials, best };
         let last = renewals.most.min(number + beside as u32);
         let jobs = renewal.try_beside(number..last, uv, cut, &alarms, scratch.frame(), workers)?;
         for job in jobs {
@@ -238,7 +238,6 @@ struct Renewal<'r> {
     budget: Budget,
     trials: Trials,
     best: Price,
-    ceiling: f64,
 }
 
 /// A trial.
@@ -286,7 +285,7 @@ impl Renewal<'_> {
 impl RenewalJob<'_> {
     /// The price of what it makes of the charts, where that is less.
     fn run(&mut self, renewal: &Renewal, workers: &dyn Workers) -> Result<Option<Price>, StageError> {
-        let Renewal { surface, budget, trials, best, ceiling } = *renewal;
+        let Renewal { surface, budget, trials, best } = *renewal;
         let Some(mut scratch) = self.scratch.take() else { return Ok(None) };
         scratch.look_up()?;
         let changed = scratch.take::<u8>(surface.mesh.faces.len())?;
@@ -295,6 +294,7 @@ impl RenewalJob<'_> {
         }
         disks_again(self.cut, surface, scratch.frame())?;
         flatten_below(self.uv, self.cut, changed, f64::INFINITY, surface, scratch.frame(), workers)?;
+        let ceiling = CEILING * best.cuts;
         search_again(self.uv, self.cut, surface, budget, trials, ceiling, scratch.frame(), workers, &mut NoMarks)?;
         let price = Price::of(self.uv, self.cut, surface, &budget, scratch)?;
         Ok(Some(price).filter(|price| price.is_less(&best)))

@@ -5,7 +5,7 @@
 
 use super::budget::Budget;
 use super::by_proxy::{PROXY_FROM, ProxyCuts, cut_by_proxy, proxy_need};
-use super::direct::{Trials, close_ends, direct_need, search_anew, search_from, settle};
+use super::direct::{Trials, direct_need, search_anew, search_from, settle};
 use super::renewal::{Renewals, renew, renewals_need, search_best};
 use crate::base::pace::{Marks, StageError};
 use crate::base::scratch::Scratch;
@@ -75,9 +75,5 @@ pub fn make_charts(
             renew(uv, cut, surface, budget, trials, renewals, scratch.frame(), workers, marks)?;
         }
     }
-    settle(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?;
-    match trials {
-        Trials::None => Ok(()),
-        _ => close_ends(uv, cut, surface, budget, scratch, workers, marks),
-    }
+    settle(uv, cut, surface, budget, trials, scratch, workers, marks)
 }
