@@ -18,7 +18,7 @@ use glam::DVec2;
 /// Times that charts which rounding has flipped are halved: 2^24 faces end as single polygons.
 const HALVINGS: usize = 26;
 /// Newton steps of the first flattening.
-pub const FIRST_STOP: Stop = Stop { steps: 60, tolerance: 1e-3 };
+const FIRST_STOP: Stop = Stop { steps: 60, tolerance: 1e-3 };
 
 /// Flattens every chart; a chart in which rounding flips a triangle is halved until none does.
 pub fn flatten_all(
@@ -29,18 +29,16 @@ pub fn flatten_all(
     workers: &dyn Workers,
 ) -> Result<(), ScratchTooSmall> {
     let changed = scratch.take_filled::<u8>(surface.mesh.faces.len(), 1)?;
-    flatten_below(uv, cut, changed, f64::INFINITY, FIRST_STOP, surface, scratch, workers)
+    flatten_below(uv, cut, changed, f64::INFINITY, surface, scratch, workers)
 }
 
 /// Flattens the charts that hold a face marked in `changed`; those with a face whose energy is not below `most` then are
 /// halved until there is none.
-#[allow(clippy::too_many_arguments)]
 pub fn flatten_below(
     uv: &mut [DVec2],
     cut: &mut [u8],
     changed: &mut [u8], // (f)
     most: f64,
-    stop: Stop,
     surface: &Surface,
     mut scratch: Scratch,
     workers: &dyn Workers,
@@ -51,7 +49,7 @@ pub fn flatten_below(
             let mut frame = scratch.frame();
             let charts = ChartList::new(surface, cut, &mut frame)?;
             let touched = |k: usize| charts.faces_of(k).iter().any(|f| changed[*f as usize] != 0);
-            work_on(uv, surface, cut, &charts, touched, Work::Flatten(stop), frame, workers)?;
+            work_on(uv, surface, cut, &charts, touched, Work::Flatten(FIRST_STOP), frame, workers)?;
         }
         let here = &*uv;
         let is_bad = |f: usize| {

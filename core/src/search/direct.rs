@@ -86,7 +86,7 @@ pub fn search_from(
         if trials != Trials::None {
             rounds.zip(budget, Which::Slits, scratch.frame())?;
         }
-        all_rounds(rounds, budget, trials, scratch)
+        all_rounds(rounds, budget, trials, f64::INFINITY, scratch)
     })
 }
 
@@ -104,8 +104,7 @@ pub fn search_again(
     marks: &mut dyn Marks,
 ) -> Result<(), StageError> {
     in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, scratch| {
-        rounds.ceiling = ceiling;
-        all_rounds(rounds, budget, trials, scratch)
+        all_rounds(rounds, budget, trials, ceiling, scratch)
     })
 }
 
@@ -145,11 +144,17 @@ fn in_rounds(
         true => Some((scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?)),
         false => None,
     };
-    let mut rounds = Rounds { uv, cut, changed, last, surface, ceiling: f64::INFINITY, workers, marks };
+    let mut rounds = Rounds { uv, cut, changed, last, surface, workers, marks };
     rounds.to_the_end(|rounds| work(rounds, scratch))
 }
 
-fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: Scratch) -> Result<(), StageError> {
+fn all_rounds(
+    rounds: &mut Rounds,
+    budget: Budget,
+    trials: Trials,
+    ceiling: f64,
+    mut scratch: Scratch,
+) -> Result<(), StageError> {
     rounds.mark()?;
     let compact = trials == Trials::All && !budget.bulky;
     if compact {
@@ -161,7 +166,7 @@ fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: 
         if compact {
             rounds.part_bulky(scratch.frame())?;
         }
-        if rounds.is_dear() {
+        if rounds.surface.cost_of(rounds.uv, rounds.cut) > ceiling {
             return Ok(());
         }
         rounds.glue(budget, scratch.frame())?;

@@ -23,7 +23,7 @@ use crate::charts::patch::{SEEDS, relax_patch};
 use crate::charts::surface::Surface;
 use crate::charts::work::{Work, work_on};
 use crate::first::disks::slit_holes;
-use crate::first::halving::{FIRST_STOP, flatten_below};
+use crate::first::halving::flatten_below;
 use crate::mesh::view::NONE;
 use crate::solve::bound::{distortion, energies, lie_flat, most_distorted, worst};
 use crate::solve::energy::Rest;
@@ -92,8 +92,6 @@ pub struct Rounds<'s> {
     pub changed: &'s mut [u8], // (f)
     /// What is cut.
     pub surface: &'s Surface<'s>,
-    /// What cuts may cost before any is closed again.
-    pub ceiling: f64,
     /// Who works.
     pub workers: &'s dyn Workers,
     /// UVs and cuts at the last mark, where the search may be told to end.
@@ -140,10 +138,10 @@ impl Rounds<'_> {
     /// Cuts on until the distortion leaves no more than a reserve of what `bound` allows.
     pub fn extend(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), StageError> {
         let goal = bound - RESERVE.min(RESERVE_SHARE * (bound - 1.0));
-        let (workers, ceiling) = (self.workers, self.ceiling);
+        let workers = self.workers;
         let step = |cut: &mut [u8], changed: &mut [u8], uv: &[DVec2], surface: &Surface, scratch: Scratch| {
             let now = distortion(uv, surface.rest);
-            if now <= goal || is_dear(uv, cut, surface, ceiling) {
+            if now <= goal {
                 return Ok(0);
             }
             let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { PATHS };
@@ -152,7 +150,7 @@ impl Rounds<'_> {
         for _ in 0..RELAXATIONS {
             self.repeat(ROUNDS, step, scratch.frame())?;
             let now = self.distortion();
-            if now <= goal || self.is_dear() {
+            if now <= goal {
                 break;
             }
             // Nothing is left to cut: what is distorted may only be far from rest.
@@ -265,7 +263,7 @@ impl Rounds<'_> {
         if self.changed.contains(&1) {
             let Self { uv, cut, changed, surface, workers, .. } = self;
             slit_holes(cut, surface, scratch.frame())?;
-            flatten_below(uv, cut, changed, most, FIRST_STOP, surface, scratch.frame(), *workers)?;
+            flatten_below(uv, cut, changed, most, surface, scratch.frame(), *workers)?;
         }
         Ok(())
     }
@@ -363,20 +361,10 @@ impl Rounds<'_> {
         relax_patch(self.uv, self.cut, self.changed, self.surface, ROUND_STOP, scratch, self.workers)
     }
 
-    /// Whether cuts cost more than they may.
-    pub fn is_dear(&self) -> bool {
-        is_dear(self.uv, self.cut, self.surface, self.ceiling)
-    }
-
     /// Mean symmetric Dirichlet energy over 4, after the best global scale.
     pub fn distortion(&self) -> f64 {
         distortion(self.uv, self.surface.rest)
     }
-}
-
-/// Whether cuts cost more than `ceiling`.
-fn is_dear(uv: &[DVec2], cut: &[u8], surface: &Surface, ceiling: f64) -> bool {
-    ceiling < f64::INFINITY && surface.cost_of(uv, cut) > ceiling
 }
 
 /// Passes a mark, and keeps what there is at it.
