@@ -26,25 +26,27 @@ const BOUND_SLACK: f64 = 1e-6;
 
 /// What fails, by what goes wrong.
 const KNOWN: &[(&str, &[&str])] = &[
-    ("a fifth chart fills the square more than it costs to be seen", &["frustum_n16_a3_tri_fan_closed"]),
     (
-        "a pole a hundred times as long as wide is cut into more than four charts, since one strip would leave the square empty",
-        &["cylinder_n12_a100_ngon_tri_r5_closed"],
+        "a pole thirty times as long as wide or longer is cut into more than four charts, since one strip would leave the square empty",
+        &[
+            "cylinder_n10_a100_fan_quad_r5_closed",
+            "cylinder_n12_a100_ngon_tri_r5_closed",
+            "cylinder_n16_a100_fan_quad_r5_closed",
+            "cylinder_n24_a30_ngon_tri_r5_closed",
+        ],
     ),
     (
         "where a lid of one polygon is part of an overlap, splitting finds no path, and the lid is set apart",
-        &["gear_n40_d0.02_ngon_quad", "gear_n40_d2_ngon_tri", "gear_n50_d2_ngon_quad"],
+        &["gear_n40_d0.02_ngon_quad"],
     ),
     (
         "flat rings that are still joined to a side, and so distorted, are split for their empty hull",
         &[
             "tube_n24_a0.01_w0.1_tri_half",
-            "tube_n24_a0.1_w0.1_tri_half",
             "tube_n32_a0.01_w0.1_tri_half",
             "tube_n6_a0.03_w0.1_tri_half",
             "tube_n6_a0.1_w0.1_quad_half",
             "tube_n7_a0.03_w0.1_tri_closed",
-            "tube_n7_a0.1_w0.1_tri_half",
             "tube_n8_a0.03_w0.1_tri_closed",
         ],
     ),

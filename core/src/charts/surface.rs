@@ -212,6 +212,23 @@ impl<'a> Surface<'a> {
         count as usize
     }
 
+    /// Writes into `places` one half-edge of each of as many equal shares of `border`: where a cut inwards is the cheapest to begin.
+    pub fn places_on(&self, cut: &[u8], border: &[u32], places: &mut [u32]) {
+        let count = places.len().max(1);
+        for (i, place) in places.iter_mut().enumerate() {
+            let share = border.get(i * border.len() / count..(i + 1) * border.len() / count).unwrap_or_default();
+            let cheapest = share.iter().map(|c| (self.ease(cut, *c), *c)).min_by(|a, b| a.0.total_cmp(&b.0));
+            *place = cheapest.map_or(NONE, |(_, c)| c);
+        }
+    }
+
+    /// Cost of a unit of length of the cheapest edge inwards from the start of the half-edge `c` of a border.
+    fn ease(&self, cut: &[u8], c: u32) -> f64 {
+        let inner = self.wedge(cut, self.wedge_start(cut, c)).filter(|d| !self.is_open(cut, *d));
+        let ease = |d: u32| self.cost[d as usize] / self.mesh.position(d).distance(self.mesh.position(next(d)));
+        inner.map(ease).fold(f64::INFINITY, f64::min)
+    }
+
     /// Numbers the charts: `chart` (one entry a face), in order of their first faces. `queue` has one entry a face.
     /// Returns their count.
     pub fn charts(&self, cut: &[u8], chart: &mut [u32], queue: &mut [u32]) -> usize {

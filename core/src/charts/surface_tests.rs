@@ -1,10 +1,12 @@
 //! Surfaces for tests, made of a list of faces; borders and slits of one with a hole.
 
 use super::surface::Surface;
+use crate::base::real::{cos, sin};
 use crate::base::scratch::Scratch;
 use crate::mesh::topology::twins;
-use crate::mesh::view::{MeshView, NONE};
+use crate::mesh::view::{MeshView, NONE, next};
 use crate::solve::energy::Rest;
+use core::f64::consts::FRAC_PI_3;
 use glam::{DVec2, DVec3};
 use std::{assert, assert_eq, vec, vec::Vec};
 
@@ -64,5 +66,31 @@ fn a_slit_is_closed_where_both_of_its_ends_are() {
         assert!(surface.is_closed(&uv, inner) && !surface.is_closed(&uv, border));
         uv[inner as usize].x += 1e-12;
         assert!(!surface.is_closed(&uv, inner) && !surface.is_closed(&uv, surface.twin[inner as usize]));
+    });
+}
+
+#[test]
+fn places_on_a_border_are_where_cuts_inwards_begin_the_cheapest() {
+    // Six triangles around the middle, whose spokes have length 1 or 2 and these costs.
+    let costs = [1.0, 0.1, 2.0, 1.5, 1.0, 1.0];
+    let spokes = [1.0, 1.0, 2.0, 1.0, 1.0, 1.0].iter().enumerate();
+    let rim = spokes.map(|(i, length)| length * DVec3::new(cos(FRAC_PI_3 * i as f64), sin(FRAC_PI_3 * i as f64), 0.0));
+    let positions: Vec<DVec3> = rim.chain([DVec3::ZERO]).collect();
+    let faces: Vec<[u32; 3]> = (0..6).map(|i| [i, (i + 1) % 6, 6]).collect();
+    let cost = |mesh: MeshView, c: u32| {
+        let ends = [mesh.vertex(c), mesh.vertex(next(c))];
+        costs.get(ends[0].min(ends[1]) as usize).copied().filter(|_| ends.contains(&6)).unwrap_or(0.0)
+    };
+    on_surface(&positions, &faces, cost, |surface, _| {
+        let cut = vec![0; surface.twin.len()];
+        let border: Vec<u32> = surface.border(&cut, 0).collect();
+        let from = |places: &mut [u32]| {
+            surface.places_on(&cut, &border, places);
+            places.iter().map(|c| surface.mesh.vertex(*c)).collect::<Vec<u32>>()
+        };
+        assert_eq!(from(&mut [NONE; 6]), [0, 1, 2, 3, 4, 5]);
+        // By unit of length vertex 2 is cheaper than 3; of two that cost the same the first stays.
+        assert_eq!(from(&mut [NONE; 3]), [1, 2, 4]);
+        assert_eq!(from(&mut [NONE; 1]), [1]);
     });
 }

@@ -24,7 +24,7 @@ use glam::DVec2;
 
 /// Hull area, over all area, that a path may add for what it saves: less than a split would have to save. At the price
 /// of splits 13 meshes fill .709 of the square.
-pub const HULL_PRICE: f64 = 0.4 * PRICE;
+pub const HULL_PRICE: f64 = 0.31 * PRICE;
 /// Trials side by side at the most.
 pub const BESIDE: usize = 4;
 /// Newton steps of a trial.

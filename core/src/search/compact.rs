@@ -1,7 +1,7 @@
 //! Splitting charts that would leave much of the square empty: those far from their convex hull.
 //!
 //! A chart shaped like a horseshoe cannot be packed well, whatever the packer does. Of all cheapest paths between two
-//! places on its border, the one is taken that saves the most hull area for what it costs to be seen; as long as the area
+//! places on its border, where cuts inwards begin the cheapest, the one is taken that saves the most hull area for what it costs to be seen; as long as the area
 //! is worth the cost. A chart without distortion is a face of the object, flat or unrolled, and stays whole. Cost: samples x O(n log n) a split.
 
 use crate::base::real::{for_decision, sqrt};
@@ -20,7 +20,7 @@ const SAMPLES: usize = hull::MOST;
 /// Empty hull area, over all area, from which a chart is looked at.
 const EMPTY: f64 = 0.02;
 /// Hull area, over all area, that one unit of seam cost (over the square root of all area) must save.
-pub const PRICE: f64 = 0.093;
+pub const PRICE: f64 = 0.12;
 
 /// Scratch bytes for [`split_bulky`].
 pub fn compact_need(faces: usize) -> usize {
@@ -56,9 +56,11 @@ pub fn split_bulky(
             len += 1;
         }
         let border = &border[..len];
-        let Some(samples) = NonZero::new(SAMPLES.min(len)) else { continue };
-        let count = samples.get();
-        let place = |i: usize| border[i % samples * len / samples];
+        let Some(round) = NonZero::new(SAMPLES.min(len)) else { continue };
+        let count = round.get();
+        let mut places = [0; SAMPLES];
+        surface.places_on(cut, border, &mut places[..count]);
+        let place = |i: usize| places[i % round];
         let point = |i: usize| uv[place(i) as usize];
         let whole = hull_area(count, point);
         if whole - area < EMPTY * total || count < 4 || lie_flat(faces, uv, surface.rest) {

@@ -86,7 +86,7 @@ pub fn search_from(
         if trials != Trials::None {
             rounds.zip(budget, Which::Slits, scratch.frame())?;
         }
-        all_rounds(rounds, budget, trials, f64::INFINITY, scratch)
+        all_rounds(rounds, budget, trials, scratch)
     })
 }
 
@@ -104,7 +104,8 @@ pub fn search_again(
     marks: &mut dyn Marks,
 ) -> Result<(), StageError> {
     in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, scratch| {
-        all_rounds(rounds, budget, trials, ceiling, scratch)
+        rounds.ceiling = ceiling;
+        all_rounds(rounds, budget, trials, scratch)
     })
 }
 
@@ -144,17 +145,11 @@ fn in_rounds(
         true => Some((scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?)),
         false => None,
     };
-    let mut rounds = Rounds { uv, cut, changed, last, surface, workers, marks };
+    let mut rounds = Rounds { uv, cut, changed, last, surface, ceiling: f64::INFINITY, workers, marks };
     rounds.to_the_end(|rounds| work(rounds, scratch))
 }
 
-fn all_rounds(
-    rounds: &mut Rounds,
-    budget: Budget,
-    trials: Trials,
-    ceiling: f64,
-    mut scratch: Scratch,
-) -> Result<(), StageError> {
+fn all_rounds(rounds: &mut Rounds, budget: Budget, trials: Trials, mut scratch: Scratch) -> Result<(), StageError> {
     rounds.mark()?;
     let compact = trials == Trials::All && !budget.bulky;
     if compact {
@@ -166,7 +161,7 @@ fn all_rounds(
         if compact {
             rounds.part_bulky(scratch.frame())?;
         }
-        if rounds.surface.cost_of(rounds.uv, rounds.cut) > ceiling {
+        if rounds.is_dear() {
             return Ok(());
         }
         rounds.glue(budget, scratch.frame())?;

@@ -10,6 +10,7 @@ pub mod glue;
 pub mod goal;
 pub mod renewal;
 pub mod rounds;
+pub mod ruin;
 pub mod seams;
 pub mod split;
 pub mod zip;

@@ -92,6 +92,8 @@ pub struct Rounds<'s> {
     pub changed: &'s mut [u8], // (f)
     /// What is cut.
     pub surface: &'s Surface<'s>,
+    /// What cuts may cost before any is closed again.
+    pub ceiling: f64,
     /// Who works.
     pub workers: &'s dyn Workers,
     /// UVs and cuts at the last mark, where the search may be told to end.
@@ -138,10 +140,10 @@ impl Rounds<'_> {
     /// Cuts on until the distortion leaves no more than a reserve of what `bound` allows.
     pub fn extend(&mut self, bound: f64, mut scratch: Scratch) -> Result<(), StageError> {
         let goal = bound - RESERVE.min(RESERVE_SHARE * (bound - 1.0));
-        let workers = self.workers;
+        let (workers, ceiling) = (self.workers, self.ceiling);
         let step = |cut: &mut [u8], changed: &mut [u8], uv: &[DVec2], surface: &Surface, scratch: Scratch| {
             let now = distortion(uv, surface.rest);
-            if now <= goal {
+            if now <= goal || is_dear(uv, cut, surface, ceiling) {
                 return Ok(0);
             }
             let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { PATHS };
@@ -150,7 +152,7 @@ impl Rounds<'_> {
         for _ in 0..RELAXATIONS {
             self.repeat(ROUNDS, step, scratch.frame())?;
             let now = self.distortion();
-            if now <= goal {
+            if now <= goal || self.is_dear() {
                 break;
             }
             // Nothing is left to cut: what is distorted may only be far from rest.
@@ -361,10 +363,20 @@ impl Rounds<'_> {
         relax_patch(self.uv, self.cut, self.changed, self.surface, ROUND_STOP, scratch, self.workers)
     }
 
+    /// Whether cuts cost more than they may.
+    pub fn is_dear(&self) -> bool {
+        is_dear(self.uv, self.cut, self.surface, self.ceiling)
+    }
+
     /// Mean symmetric Dirichlet energy over 4, after the best global scale.
     pub fn distortion(&self) -> f64 {
         distortion(self.uv, self.surface.rest)
     }
+}
+
+/// Whether cuts cost more than `ceiling`.
+fn is_dear(uv: &[DVec2], cut: &[u8], surface: &Surface, ceiling: f64) -> bool {
+    ceiling < f64::INFINITY && surface.cost_of(uv, cut) > ceiling
 }
 
 /// Passes a mark, and keeps what there is at it.
