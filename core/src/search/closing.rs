@@ -1,16 +1,13 @@
 //! Trials of closing paths of the cut graph, side by side, each on maps of its own.
 //!
-//! The chart beside a path is welded along it and relaxed; cheap questions come first, overlaps last. The first path that may stay
-//! closed, in the order of the list, ends the trials of those after it, which nobody will ask for.
-//! Guarantee: the outcome is that of trials one after the other, whatever the memory and the workers.
+//! The chart beside a path is welded along it and relaxed; cheap questions come first, overlaps last.
 
+use super::beside::{Tried, try_beside};
 use super::compact::PRICE;
 use super::goal::{Goal, Which};
 use super::split::self_overlaps;
-use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
-use crate::base::slices::Slices;
-use crate::base::workers::{Workers, for_each_chunk};
+use crate::base::workers::Workers;
 use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::charts::work::{Work, work_on};
@@ -19,7 +16,7 @@ use crate::plane::hull::hull_of;
 use crate::plane::motion::Motion;
 use crate::solve::bound::{distortion, worst};
 use crate::solve::piece::Stop;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::AtomicBool;
 use glam::DVec2;
 
 /// Hull area, over all area, that a path may add for what it saves: less than a split would have to save. At the price
@@ -43,75 +40,39 @@ pub struct Closing<'c> {
     pub cap: f64,
 }
 
-/// A trial.
-pub struct ClosingJob<'j> {
-    /// The path.
-    pub path: &'j [u32],
-    /// What is saved without it, over the square root of all area.
-    saved: f64,
-    /// The maps without the path, where that holds.
-    pub uv: &'j mut [DVec2],
-    /// And the cuts.
-    pub cut: &'j mut [u8],
-    scratch: Option<Scratch<'j>>,
-    /// Whether the path may stay closed.
-    pub holds: Result<bool, ScratchTooSmall>,
-}
+/// A path, and what is saved without it over the square root of all area.
+pub type Candidate<'p> = (&'p [u32], f64);
 
-/// Alarms of trials: each is set where one before it holds.
+/// Alarms of trials.
 pub type Alarms = [AtomicBool; BESIDE];
 
 impl Closing<'_> {
-    /// Tries to close paths, of which each saves so much; no more than [`BESIDE`]. Trials after the first that holds may be broken off.
-    pub fn try_beside<'j>(
+    /// Tries to close paths; no more than [`BESIDE`].
+    pub fn try_beside<'j, 'p: 'j>(
         &self,
-        paths: impl ExactSizeIterator<Item = (&'j [u32], f64)>,
+        paths: impl ExactSizeIterator<Item = Candidate<'p>>,
         uv: &[DVec2],
         cut: &[u8],
         alarms: &'j Alarms,
-        mut scratch: Scratch<'j>,
+        scratch: Scratch<'j>,
         workers: &dyn Workers,
-    ) -> Result<heapless::Vec<ClosingJob<'j>, BESIDE>, ScratchTooSmall> {
-        let mut jobs = heapless::Vec::new();
-        let share = scratch.remaining() / paths.len().max(1);
-        for ((path, saved), alarm) in paths.zip(alarms) {
-            alarm.store(false, Ordering::Relaxed);
-            let mut own = scratch.split(share)?;
-            let (uv, cut) = (own.take_unset::<DVec2>(uv.len())?, own.take_unset::<u8>(cut.len())?);
-            jobs.put(ClosingJob { path, saved, uv, cut, scratch: Some(own.also_under(alarm)), holds: Ok(false) });
-        }
-        for_each_chunk(workers, &mut jobs, 1, &|i, jobs| {
-            for job in jobs {
-                job.run(self, uv, cut, workers);
-                if job.holds == Ok(true) {
-                    alarms[i + 1..].iter().for_each(|alarm| alarm.store(true, Ordering::Relaxed));
-                }
-            }
-        });
-        Ok(jobs)
-    }
-}
-
-impl ClosingJob<'_> {
-    fn run(&mut self, closing: &Closing, uv: &[DVec2], cut: &[u8], workers: &dyn Workers) {
-        let Some(scratch) = self.scratch.take() else { return };
-        self.holds = scratch.look_up().and_then(|()| {
-            self.uv.copy_from(uv);
-            self.cut.copy_from(cut);
-            self.close(closing, uv, scratch, workers)
-        });
+    ) -> Result<heapless::Vec<Tried<'j, Candidate<'p>, (), ScratchTooSmall>, BESIDE>, ScratchTooSmall> {
+        try_beside(paths, uv, cut, alarms, scratch, workers, &|path, own_uv, own_cut, scratch| {
+            self.close(*path, own_uv, own_cut, uv, scratch, workers)
+        })
     }
 
-    /// Takes the path out; whether it may stay out. `before`: the maps with it.
+    /// Takes a path out; something where it may stay out. `before`: the maps with it.
     fn close(
-        &mut self,
-        closing: &Closing,
+        &self,
+        (path, saved): Candidate,
+        uv: &mut [DVec2],
+        cut: &mut [u8],
         before: &[DVec2],
         mut scratch: Scratch,
         workers: &dyn Workers,
-    ) -> Result<bool, ScratchTooSmall> {
-        let Closing { surface, goal, total, cap } = *closing;
-        let Self { path, uv, cut, .. } = self;
+    ) -> Result<Option<()>, ScratchTooSmall> {
+        let Closing { surface, goal, total, cap } = *self;
         let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
         let hulls = |charts: &ChartList, uv: &[DVec2], cut: &[u8]| match goal.bulky {
             true => 0.0,
@@ -131,14 +92,15 @@ impl ClosingJob<'_> {
         let holds = work_on(uv, surface, cut, &charts, is_own, Work::Weld(STOP), scratch.frame(), workers)?
             && distortion(uv, surface.rest) <= goal.distortion
             && worst(uv, surface.rest) <= cap
-            && hulls(&charts, uv, cut) - hulls_before <= HULL_PRICE * self.saved * total;
+            && hulls(&charts, uv, cut) - hulls_before <= HULL_PRICE * saved * total;
         if !holds {
-            return Ok(false);
+            return Ok(None);
         }
         let overlaps = overlaps_of(ends[0], uv, &charts, scratch.frame(), workers)?;
         // A slit lies in one chart: the charts are those of before.
-        Ok(overlaps == 0
-            || goal.which == Which::Slits && overlaps <= overlaps_of(ends[0], before, &charts, scratch, workers)?)
+        let holds = overlaps == 0
+            || goal.which == Which::Slits && overlaps <= overlaps_of(ends[0], before, &charts, scratch, workers)?;
+        Ok(holds.then_some(()))
     }
 }
 

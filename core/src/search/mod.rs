@@ -1,5 +1,6 @@
 //! The search for seams: cuts that grow towards distortion, part what overlaps, and are glued and zipped again.
 
+pub mod beside;
 pub mod budget;
 pub mod by_proxy;
 pub mod closing;

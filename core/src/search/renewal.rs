@@ -7,6 +7,7 @@
 //! Guarantee: the price never rises with more trials of the same seed; the outcome is that of trials one after the other, whatever the
 //! memory and the workers. Cost: each trial about as much as the search before it.
 
+use super::beside::try_beside;
 use super::budget::Budget;
 use super::direct::{Trials, direct_need, search_again, search_anew, search_from};
 use super::ruin::{Ball, Draws};
@@ -15,7 +16,7 @@ use crate::base::real::sqrt;
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
-use crate::base::workers::{Workers, for_each_chunk};
+use crate::base::workers::Workers;
 use crate::charts::list::ChartList;
 use crate::charts::surface::Surface;
 use crate::first::disks::disks_again;
@@ -25,7 +26,7 @@ use crate::plane::crowding::Crowd;
 use crate::price::cost::FILL_WORTH;
 use crate::solve::bound::distortion;
 use core::cmp::Ordering::Less;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::AtomicBool;
 use glam::DVec2;
 
 /// Trials of any search: with 24 of them 13 meshes are noticed as much as with 8 (docs/RESULTS.md).
@@ -220,18 +221,20 @@ fn renew_all(
         if balls.is_empty() {
             break;
         }
-        let jobs = renewal.try_beside(&balls, uv, cut, &alarms, scratch.frame(), workers)?;
-        for job in jobs {
+        let run = |ball: &Ball, own_uv: &mut [DVec2], own_cut: &mut [u8], scratch: Scratch| {
+            renewal.run(ball, own_uv, own_cut, cut, scratch, workers)
+        };
+        for job in try_beside(balls.into_iter(), uv, cut, &alarms, scratch.frame(), workers, &run)? {
             if marked == number {
                 marks.mark(ROUNDS * faces)?;
                 marked += 1;
             }
             number += 1;
             in_vain += 1;
-            if let Some(price) = job.price? {
+            if let Some(price) = job.found? {
                 uv.copy_from(job.uv);
                 cut.copy_from(job.cut);
-                draws = Draws::after(job.ball);
+                draws = Draws::after(job.what);
                 (best, in_vain) = (price, 0);
                 break;
             }
@@ -248,67 +251,31 @@ struct Renewal<'r> {
     best: Price,
 }
 
-/// A trial.
-struct RenewalJob<'j> {
-    ball: Ball,
-    uv: &'j mut [DVec2],
-    cut: &'j mut [u8],
-    scratch: Option<Scratch<'j>>,
-    price: Result<Option<Price>, StageError>, // what it found, where that costs less
-}
-
 impl Renewal<'_> {
-    /// Tries `balls` side by side; trials after the first that stays may be broken off.
-    fn try_beside<'j>(
+    /// Closes the cuts of a ball and searches on; the price of what that makes of the charts, where it is less.
+    fn run(
         &self,
-        balls: &[Ball],
-        uv: &[DVec2],
-        cut: &[u8],
-        alarms: &'j [AtomicBool; BESIDE],
-        mut scratch: Scratch<'j>,
+        ball: &Ball,
+        uv: &mut [DVec2],
+        cut: &mut [u8],
+        before: &[u8],
+        mut scratch: Scratch,
         workers: &dyn Workers,
-    ) -> Result<heapless::Vec<RenewalJob<'j>, BESIDE>, ScratchTooSmall> {
-        let mut jobs = heapless::Vec::new();
-        let share = scratch.remaining() / balls.len().max(1);
-        for (ball, alarm) in balls.iter().zip(alarms) {
-            let mut own = scratch.split(share)?;
-            let (uv, cut) = (own.take_unset::<DVec2>(uv.len())?, own.take_unset::<u8>(cut.len())?);
-            let scratch = Some(own.also_under(alarm));
-            jobs.put(RenewalJob { ball: *ball, uv, cut, scratch, price: Ok(None) });
-        }
-        for_each_chunk(workers, &mut jobs, 1, &|i, jobs| {
-            for job in jobs {
-                job.uv.copy_from(uv);
-                job.cut.copy_from(cut);
-                job.price = job.run(self, cut, workers);
-                if job.price.is_ok_and(|price| price.is_some()) {
-                    alarms[i + 1..].iter().for_each(|alarm| alarm.store(true, Ordering::Relaxed));
-                }
-            }
-        });
-        Ok(jobs)
-    }
-}
-
-impl RenewalJob<'_> {
-    /// The price of what it makes of the charts, where that is less. `before`: the cuts as they were.
-    fn run(&mut self, renewal: &Renewal, before: &[u8], workers: &dyn Workers) -> Result<Option<Price>, StageError> {
-        let Renewal { surface, budget, trials, best } = *renewal;
-        let Some(mut scratch) = self.scratch.take() else { return Ok(None) };
-        scratch.look_up()?;
+    ) -> Result<Option<Price>, StageError> {
+        let Renewal { surface, budget, trials, best } = *self;
         let changed = scratch.take::<u8>(surface.mesh.faces.len())?;
-        for c in self.ball.cuts(before, surface) {
-            surface.set_cut(self.cut, c, false);
+        for c in ball.cuts(before, surface) {
+            surface.set_cut(cut, c, false);
             changed[c as usize / 3] = 1;
         }
-        disks_again(self.cut, surface, scratch.frame())?;
-        if *self.cut == *before {
+        disks_again(cut, surface, scratch.frame())?;
+        if *cut == *before {
             return Ok(None);
         }
-        flatten_below(self.uv, self.cut, changed, f64::INFINITY, surface, scratch.frame(), workers)?;
+        flatten_below(uv, cut, changed, f64::INFINITY, surface, scratch.frame(), workers)?;
         let ceiling = CEILING * best.cuts;
-        search_again(self.uv, self.cut, surface, budget, trials, ceiling, scratch.frame(), workers, &mut NoMarks)?;
-        let price = Price::of(self.uv, self.cut, surface, &budget, scratch)?;
+        search_again(uv, cut, surface, budget, trials, ceiling, scratch.frame(), workers, &mut NoMarks)?;
+        let price = Price::of(uv, cut, surface, &budget, scratch)?;
         Ok(Some(price).filter(|price| price.is_less(&best)))
     }
 }

@@ -140,13 +140,13 @@ fn close_first(
                 mark(uv, cut)?;
                 marked += 1;
             }
-            match job.holds {
-                Ok(true) => {
+            match job.found {
+                Ok(Some(())) => {
                     uv.copy_from(job.uv);
                     cut.copy_from(job.cut);
                     return Ok(Some(at));
                 }
-                Ok(false) => paths[at].barred(list).iter().for_each(|c| failed[*c as usize] = 1),
+                Ok(None) => paths[at].barred(list).iter().for_each(|c| failed[*c as usize] = 1),
                 Err(e) if beside > 1 && !e.is_alarm() => {
                     beside /= 2;
                     break;
