@@ -149,6 +149,31 @@ fn a_slanted_letter_with_a_bridged_hole_stays_flat_from_whichever_corner_it_begi
 }
 
 #[test]
+fn no_side_of_a_box_is_bent() {
+    // A bent rim would save a short seam on a sharp edge, and turn the corners of large sides by several degrees.
+    // A thin box in one chart fills the square better than is foreseen, so that two charts of which one is bent are preferred.
+    let known = [[0.05, 1.0, 2.0], [0.05, 1.0, 5.0], [0.05, 2.0, 5.0]];
+    let mut bent = vec![];
+    let lengths = [0.05, 0.2, 0.5, 1.0, 2.0, 5.0];
+    let sides =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]].map(|f| f.to_vec());
+    for (i, x) in lengths.into_iter().enumerate() {
+        for (j, y) in lengths.into_iter().enumerate().skip(i) {
+            for z in lengths.into_iter().skip(j) {
+                let corner = |k: usize| DVec3::new([0.0, x][k & 1], [0.0, y][k >> 1 & 1], [0.0, z][k >> 2]);
+                let mesh = mesh((0..8).map(corner).collect(), &sides);
+                let (atlas, report) = run(&mesh, &settings(Straighten::Auto), &Serial, 0).expect("an atlas");
+                assert_eq!(unsound(&judge(&mesh, &atlas), &atlas, &report), Vec::<String>::new(), "{x} {y} {z}");
+                if report.distortion >= 1.0 + 1e-6 {
+                    bent.push([x, y, z]);
+                }
+            }
+        }
+    }
+    assert_eq!(bent, known);
+}
+
+#[test]
 fn strips_between_sharp_edges_are_cut_out_where_that_is_asked_for() {
     for name in ["cylinder_n32_a1_fan_quad_closed", "cylinder_n32_a0.3_corner_tri_closed"] {
         // The side is a rectangle; the lids are round.

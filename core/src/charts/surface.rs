@@ -4,7 +4,7 @@
 //! Cuts are flags on half-edges (set on both twins), UVs stand at corners: everything else follows from those two, so a
 //! change touches only what it changes.
 
-use crate::base::real::{for_cost, sqrt};
+use crate::base::real::{for_cost, for_decision, sqrt};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::mesh::view::{MeshView, NONE, next, prev};
 use crate::solve::energy::Rest;
@@ -225,7 +225,7 @@ impl<'a> Surface<'a> {
     /// Cost of a unit of length of the cheapest edge inwards from the start of the half-edge `c` of a border.
     fn ease(&self, cut: &[u8], c: u32) -> f64 {
         let inner = self.wedge(cut, self.wedge_start(cut, c)).filter(|d| !self.is_open(cut, *d));
-        let ease = |d: u32| self.cost[d as usize] / self.mesh.position(d).distance(self.mesh.position(next(d)));
+        let ease = |d: u32| for_decision(self.cost[d as usize] / self.length(d).max(f64::MIN_POSITIVE));
         inner.map(ease).fold(f64::INFINITY, f64::min)
     }
 

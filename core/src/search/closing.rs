@@ -14,6 +14,7 @@ use crate::charts::work::{Work, work_on};
 use crate::mesh::view::next;
 use crate::plane::hull::hull_of;
 use crate::plane::motion::Motion;
+use crate::price::cost::DISTORTION_WORTH;
 use crate::solve::bound::{distortion, worst};
 use crate::solve::piece::Stop;
 use core::sync::atomic::AtomicBool;
@@ -73,6 +74,7 @@ impl Closing<'_> {
         workers: &dyn Workers,
     ) -> Result<Option<()>, ScratchTooSmall> {
         let Closing { surface, goal, total, cap } = *self;
+        let was = distortion(before, surface.rest);
         let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
         let hulls = |charts: &ChartList, uv: &[DVec2], cut: &[u8]| match goal.bulky {
             true => 0.0,
@@ -90,7 +92,7 @@ impl Closing<'_> {
         let own = charts.of_face[ends[0] as usize];
         let is_own = |k: usize| k as u32 == own;
         let holds = work_on(uv, surface, cut, &charts, is_own, Work::Weld(STOP), scratch.frame(), workers)?
-            && distortion(uv, surface.rest) <= goal.distortion
+            && distortion(uv, surface.rest) <= goal.distortion.min(was + saved / DISTORTION_WORTH)
             && worst(uv, surface.rest) <= cap
             && hulls(&charts, uv, cut) - hulls_before <= HULL_PRICE * saved * total;
         if !holds {

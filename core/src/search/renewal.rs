@@ -22,8 +22,10 @@ use crate::charts::surface::Surface;
 use crate::first::disks::disks_again;
 use crate::first::facets::cut_around_openings;
 use crate::first::halving::flatten_below;
+use crate::mesh::view::NONE;
 use crate::plane::crowding::Crowd;
-use crate::price::cost::FILL_WORTH;
+use crate::price::cost::{DISTORTION_WORTH, FILL_WORTH};
+use crate::price::turn::angle;
 use crate::solve::bound::distortion;
 use core::cmp::Ordering::Less;
 use core::sync::atomic::AtomicBool;
@@ -40,6 +42,12 @@ const CEILING: f64 = 1.15;
 /// more than trials differ in it. Noticed and fill on bench/, made/ and artists/ are 1.634 .723, .982 .709, .949 .765 with .25 and 1.560 .678, .923
 /// .666, .851 .749 with 0.
 const FILL_SHARE: f64 = 0.06;
+/// Share of the bound's distortion in a search for next to none.
+const STRICT: f64 = 0.04;
+/// Turn, in degrees, up to which edges are flat, and from which they are sharp.
+const FLAT: f64 = 0.02;
+/// See [`FLAT`].
+const SHARP: f64 = 10.0;
 /// Price of a chart beyond the first where one is asked for: cuts over the root of the area cost up to thousands.
 const FURTHER: f64 = 1e9;
 /// Trials side by side at the most.
@@ -107,7 +115,8 @@ impl Price {
             crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
         }
         let further = if budget.whole { FURTHER * charts.count() as f64 } else { 0.0 };
-        let all = further + cuts / sqrt(area) - FILL_SHARE * FILL_WORTH * crowd.fill();
+        let stretched = DISTORTION_WORTH * (distortion(uv, surface.rest) - 1.0);
+        let all = further + cuts / sqrt(area) + stretched - FILL_SHARE * FILL_WORTH * crowd.fill();
         Ok(Self { missed, cuts, all, charts: charts.count() })
     }
 
@@ -133,14 +142,15 @@ pub fn search_best(
 ) -> Result<bool, StageError> {
     search_anew(uv, cut, surface, budget, Trials::All, scratch.frame(), workers, marks)?;
     if !budget.whole {
-        let other = from_openings(uv, cut, surface, budget, scratch.frame(), workers, marks);
+        let other = from_others(uv, cut, surface, budget, scratch.frame(), workers, marks);
         unless_ended(other, marks)?;
     }
     renew(uv, cut, surface, budget, Trials::All, renewals, scratch, workers, marks)
 }
 
-/// Searches from cuts around the openings of flat faces, where there are some: puts the outcome in place where its price is less.
-fn from_openings(
+/// Searches anew with next to no distortion where all is flat between sharp edges, which is to make no more charts, and from cuts around the openings of
+/// flat faces where there are some: puts each outcome in place where its price is less.
+fn from_others(
     uv: &mut [DVec2],
     cut: &mut [u8],
     surface: &Surface,
@@ -149,19 +159,40 @@ fn from_openings(
     workers: &dyn Workers,
     marks: &mut dyn Marks,
 ) -> Result<(), StageError> {
-    let best = Price::of(uv, cut, surface, &budget, scratch.frame())?;
+    let mut best = Price::of(uv, cut, surface, &budget, scratch.frame())?;
     let (other_uv, other_cut) = (scratch.take::<DVec2>(uv.len())?, scratch.take::<u8>(cut.len())?);
-    if !cut_around_openings(other_cut, surface, scratch.frame())? {
-        return Ok(());
-    }
-    marks.mark(0)?;
     let budget = Budget { ends_early: false, ..budget };
-    search_from(other_uv, other_cut, surface, budget, Trials::All, scratch.frame(), workers, marks)?;
-    if Price::of(other_uv, other_cut, surface, &budget, scratch)?.is_less(&best) {
-        uv.copy_from(other_uv);
-        cut.copy_from(other_cut);
+    let strict = Budget { distortion: 1.0 + STRICT * (budget.distortion - 1.0), ..budget };
+    if is_of_planes(surface) {
+        marks.mark(0)?;
+        search_anew(other_uv, other_cut, surface, strict, Trials::All, scratch.frame(), workers, marks)?;
+        let price = Price::of(other_uv, other_cut, surface, &budget, scratch.frame())?;
+        if price.charts <= best.charts && price.is_less(&best) {
+            uv.copy_from(other_uv);
+            cut.copy_from(other_cut);
+            best = price;
+        }
+    }
+    if cut_around_openings(other_cut, surface, scratch.frame())? {
+        marks.mark(0)?;
+        search_from(other_uv, other_cut, surface, budget, Trials::All, scratch.frame(), workers, marks)?;
+        if Price::of(other_uv, other_cut, surface, &budget, scratch)?.is_less(&best) {
+            uv.copy_from(other_uv);
+            cut.copy_from(other_cut);
+        }
     }
     Ok(())
+}
+
+/// Whether the surface is flat between sharp edges, all but a hundredth of the length of its edges.
+fn is_of_planes(surface: &Surface) -> bool {
+    let (mut all, mut bent) = (0.0, 0.0);
+    for (c, t) in (0..).zip(surface.twin).filter(|(c, t)| **t != NONE && *c < **t) {
+        let (turn, length) = (angle(surface.mesh, c, *t), surface.length(c));
+        all += length;
+        bent += if turn > FLAT && turn < SHARP { length } else { 0.0 };
+    }
+    bent <= 0.01 * all
 }
 
 /// Nothing where `result` is that the search was told to end, which is no error where there are charts.
