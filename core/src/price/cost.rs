@@ -20,7 +20,7 @@ const OPEN: f64 = 0.17;
 /// See [`OPEN`].
 const SEEN: f64 = 2.55;
 /// Turn, in degrees, up to which a seam is noticed as on a flat face.
-const SMOOTH: f64 = 10.0;
+pub const SMOOTH: f64 = 10.0;
 /// Turn from which on it is noticed the least. 40, where the eye's judge says so, leaves nothing to prefer among edges of 50
 /// and 90 degrees.
 const SHARP: f64 = 80.0;
@@ -30,7 +30,7 @@ const LEAST_NOTICE: f64 = 0.05;
 /// flat face has no need to be cut.
 const FLAT: f64 = 2.0;
 /// Turn, in degrees, up to which two faces lie in one plane.
-const IN_PLANE: f64 = 0.02;
+pub const IN_PLANE: f64 = 0.02;
 /// What a cut costs under [`Prefer::Seams`] and [`Prefer::Fill`] over [`Prefer::Balance`].
 const DEARER: f64 = 2.0;
 /// See [`DEARER`].

@@ -37,6 +37,8 @@ pub struct Closing<'c> {
     pub goal: Goal,
     /// Area of the surface.
     pub total: f64,
+    /// Distortion of the maps.
+    pub distortion: f64,
     /// Energy of a face that may be there afterwards.
     pub cap: f64,
 }
@@ -73,8 +75,7 @@ impl Closing<'_> {
         mut scratch: Scratch,
         workers: &dyn Workers,
     ) -> Result<Option<()>, ScratchTooSmall> {
-        let Closing { surface, goal, total, cap } = *self;
-        let was = distortion(before, surface.rest);
+        let Closing { surface, goal, total, distortion: was, cap } = *self;
         let ends = [path[0] / 3, surface.twin[path[0] as usize] / 3];
         let hulls = |charts: &ChartList, uv: &[DVec2], cut: &[u8]| match goal.bulky {
             true => 0.0,

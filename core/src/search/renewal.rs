@@ -24,7 +24,7 @@ use crate::first::facets::cut_around_openings;
 use crate::first::halving::flatten_below;
 use crate::mesh::view::NONE;
 use crate::plane::crowding::Crowd;
-use crate::price::cost::{DISTORTION_WORTH, FILL_WORTH};
+use crate::price::cost::{DISTORTION_WORTH, FILL_WORTH, IN_PLANE, SMOOTH};
 use crate::price::turn::angle;
 use crate::solve::bound::distortion;
 use core::cmp::Ordering::Less;
@@ -44,10 +44,6 @@ const CEILING: f64 = 1.15;
 const FILL_SHARE: f64 = 0.06;
 /// Share of the bound's distortion in a search for next to none.
 const STRICT: f64 = 0.04;
-/// Turn, in degrees, up to which edges are flat, and from which they are sharp.
-const FLAT: f64 = 0.02;
-/// See [`FLAT`].
-const SHARP: f64 = 10.0;
 /// Price of a chart beyond the first where one is asked for: cuts over the root of the area cost up to thousands.
 const FURTHER: f64 = 1e9;
 /// Trials side by side at the most.
@@ -105,7 +101,8 @@ impl Price {
     ) -> Result<Self, ScratchTooSmall> {
         let area: f64 = surface.rest.iter().map(|r| r.area).sum();
         let cuts = surface.cost_of(uv, cut);
-        let missed = (distortion(uv, surface.rest) - budget.distortion).max(0.0);
+        let distortion = distortion(uv, surface.rest);
+        let missed = (distortion - budget.distortion).max(0.0);
         let charts = ChartList::new(surface, cut, &mut scratch)?;
         let mut crowd = Crowd::default();
         for k in 0..charts.count() {
@@ -115,7 +112,7 @@ impl Price {
             crowd.add(area, || surface.border(cut, start).map(|c| uv[c as usize]));
         }
         let further = if budget.whole { FURTHER * charts.count() as f64 } else { 0.0 };
-        let stretched = DISTORTION_WORTH * (distortion(uv, surface.rest) - 1.0);
+        let stretched = DISTORTION_WORTH * (distortion - 1.0);
         let all = further + cuts / sqrt(area) + stretched - FILL_SHARE * FILL_WORTH * crowd.fill();
         Ok(Self { missed, cuts, all, charts: charts.count() })
     }
@@ -190,7 +187,7 @@ fn is_of_planes(surface: &Surface) -> bool {
     for (c, t) in (0..).zip(surface.twin).filter(|(c, t)| **t != NONE && *c < **t) {
         let (turn, length) = (angle(surface.mesh, c, *t), surface.length(c));
         all += length;
-        bent += if turn > FLAT && turn < SHARP { length } else { 0.0 };
+        bent += if turn > IN_PLANE && turn < SMOOTH { length } else { 0.0 };
     }
     bent <= 0.01 * all
 }

@@ -89,14 +89,15 @@ pub fn zip(
     let total: f64 = surface.rest.iter().map(|r| r.area).sum();
     let (mut zipped, mut tried) = (0, 0);
     loop {
-        let spare = goal.distortion - distortion(uv, surface.rest);
+        let distortion = distortion(uv, surface.rest);
+        let spare = goal.distortion - distortion;
         if spare <= 0.0 {
             return Ok(zipped);
         }
         let mut frame = scratch.frame();
         let (list, paths) = find_paths(uv, cut, failed, surface, goal, spare * total, &mut frame)?;
         let paths = &paths[..paths.len().min(goal.which.tries().saturating_sub(tried))];
-        let closing = Closing { surface, goal, total, cap: goal.worst.max(worst(uv, surface.rest)) };
+        let closing = Closing { surface, goal, total, distortion, cap: goal.worst.max(worst(uv, surface.rest)) };
         match close_first(uv, cut, failed, list, paths, &closing, frame, workers, mark)? {
             Some(place) => tried += place + 1,
             None => return Ok(zipped),
