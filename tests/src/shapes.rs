@@ -218,3 +218,21 @@ pub fn concave_prism() -> Mesh {
     polygons.extend((0..6).map(|c| vec![c, (c + 1) % 6, (c + 1) % 6 + 6, c + 6]));
     mesh([level(0.0), level(1.0)].concat(), &polygons)
 }
+
+/// A floor of 4 x 4 squares with two pits that touch along an edge: that edge has four faces, and the floor two holes that meet in a point.
+pub fn pits_that_touch() -> Mesh {
+    let at = |x: u32, y: u32, z: u32| z * 25 + y * 5 + x;
+    let positions = (0..50).map(|v| DVec3::new(f64::from(v % 5), f64::from(v / 5 % 5), -2.0 * f64::from(v / 25)));
+    let mut polygons = vec![];
+    for (x, y) in (0..16).map(|s| (s % 4, s / 4)) {
+        let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)];
+        let is_pit = x == y && (x == 1 || x == 2);
+        polygons.push(corners.map(|(x, y)| at(x, y, u32::from(is_pit))).to_vec());
+        if is_pit {
+            let sides = (0..4).map(|k| (corners[k], corners[(k + 1) % 4]));
+            polygons
+                .extend(sides.map(|(a, b)| vec![at(a.0, a.1, 0), at(b.0, b.1, 0), at(b.0, b.1, 1), at(a.0, a.1, 1)]));
+        }
+    }
+    mesh(positions.collect(), &polygons)
+}

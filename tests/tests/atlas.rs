@@ -8,12 +8,14 @@ use seamwright::formats::loaded::load;
 use seamwright::mesh::polygons::Mesh;
 use seamwright::run::hierarchy::ObvhsBuilder;
 use seamwright::run::threads::Pool;
+use seamwright_core::base::progress::Silent;
 use seamwright_core::base::scratch::ScratchTooSmall;
 use seamwright_core::base::workers::Serial;
-use seamwright_core::pipeline::{Charts, Packing, Report, Settings, UnwrapError, unwrap_need};
-use seamwright_tests::road::{Atlas, input, judge, run, unsound};
+use seamwright_core::pipeline::{Charts, Input, Packing, Report, Settings, UnwrapError, unwrap_need};
+use seamwright_tests::road::{Atlas, input, judge, run, run_told, unsound};
 use seamwright_tests::shapes;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 /// UVs on a grid of 2^-24 move the mean distortion by about 1e-7.
 const BOUND_SLACK: f64 = 1e-6;
@@ -125,6 +127,19 @@ fn a_cylinder_whose_lids_are_fans_has_a_sound_atlas() {
     let grid = Settings { packing: Packing::Grid, ..settings() };
     let (atlas, report) = run(&mesh, &grid, &Serial, 0).expect("an atlas");
     assert_eq!(faults(&mesh, &atlas, &report, Packing::Grid), Vec::<String>::new());
+}
+
+#[test]
+fn a_floor_whose_holes_meet_in_a_point_has_a_sound_atlas() {
+    let mesh = shapes::pits_that_touch();
+    hold(&mesh);
+    // The whole floor as a chart of its own.
+    let is_floor = |p: std::ops::Range<usize>| mesh.corners[p].iter().all(|v| mesh.positions[*v as usize].z == 0.0);
+    let parts: Vec<u32> = mesh.polygons().map(|p| if is_floor(p.clone()) { 0 } else { p.start as u32 }).collect();
+    let input = Input { parts: Some(&parts), ..input(&mesh) };
+    let (atlas, report) =
+        run_told(&input, &settings(), &Serial, 0, &mut Silent, &AtomicBool::new(false)).expect("an atlas");
+    assert_eq!(faults(&mesh, &atlas, &report, Packing::Tight), Vec::<String>::new());
 }
 
 #[test]

@@ -346,7 +346,8 @@ fn onto_grid(
         let mut frame = scratch.frame();
         let vertex = frame.take::<u32>(grid.len())?;
         for (slot, n) in node.iter().enumerate() {
-            vertex[*n as usize] = working.mesh().vertex(pieces.source[slot]);
+            // One place, though repair may have parted its sheets.
+            vertex[*n as usize] = working.vertex_source[working.mesh().vertex(pieces.source[slot]) as usize];
         }
         let slits = (0..pieces.count()).flat_map(|p| pieces.slits(p, cut, node));
         part_touching(grid, numbers.node, numbers.chart, vertex, slits, frame)?;
