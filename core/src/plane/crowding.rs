@@ -4,6 +4,7 @@
 //! alone says nothing (R^2 below 0). With A the area of all charts, B the side of the smallest square that holds the largest chart
 //! over sqrt A, D the hulls' area less A over A, n charts and P their borders' length over sqrt A:
 //!     1 / fill - 1 = .032 + .81 max(0, B^2 - 1.15) + .55 D + .64 / n + .010 P
+//! A chart alone is no matter of a fit: its own square is the atlas, and fill is 1 / B^2.
 
 use super::hull::{MOST, hull_area};
 use crate::base::real::{cos, sin, sqrt};
@@ -56,6 +57,9 @@ impl Crowd {
     /// Share of the square that they are expected to fill.
     pub fn fill(&self) -> f64 {
         let area = self.area.max(f64::MIN_POSITIVE);
+        if self.count <= 1.0 && self.largest > 0.0 {
+            return (area / (self.largest * self.largest)).min(1.0);
+        }
         let long = (self.largest * self.largest / area - 1.15).max(0.0);
         let hollow = ((self.hulls - self.area) / area).max(0.0);
         1.0 / (1.032 + 0.81 * long + 0.55 * hollow + 0.64 / self.count.max(1.0) + 0.010 * self.border / sqrt(area))
@@ -122,11 +126,12 @@ mod tests {
         for worse in [
             Crowd { largest: 2.0, ..good },
             Crowd { hulls: 1.8, ..good },
-            Crowd { count: 1.0, ..good },
+            Crowd { count: 2.0, ..good },
             Crowd { border: 40.0, ..good },
         ] {
             assert!(worse.fill() < good.fill());
         }
         assert!(Crowd::default().fill() > 0.0);
+        assert_abs_diff_eq!(Crowd { count: 1.0, largest: 1.25, ..good }.fill(), 0.64, epsilon = 1e-12);
     }
 }
