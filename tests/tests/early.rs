@@ -7,7 +7,7 @@ use seamwright::mesh::polygons::Mesh;
 use seamwright::run::threads::Pool;
 use seamwright_core::base::progress::{Progress, Stage, Wish};
 use seamwright_core::base::workers::{Serial, Workers};
-use seamwright_core::pipeline::{CountedWork, Settings, UnwrapError};
+use seamwright_core::pipeline::{CountedWork, Packing, Settings, UnwrapError};
 use seamwright_tests::road::{input, judge, run, run_told, unsound};
 use std::path::Path;
 
@@ -141,6 +141,24 @@ fn stages_end_at_limits_of_work_one_by_one() {
     let most = CountedWork { exposure: 1 << 40, seams: 1 << 40, pack: 1 << 20 };
     let same = run(&mesh, &Settings { work: most, ..settings() }, &Serial, 0).unwrap();
     assert!(same.0 == whole.0);
+}
+
+/// Carrying cuts over from the coarse mesh is between two marks: at none is what was found there lost.
+#[test]
+fn whoever_waits_longer_does_not_get_many_charts_instead_of_few() {
+    let mesh = fixture("quadruped.obj");
+    let (mut seams, mut charts, mut few) = (0, u32::MAX, u32::MAX);
+    loop {
+        let work = CountedWork { seams, ..CountedWork::ALL };
+        let (_, report) =
+            run(&mesh, &Settings { work, rays: 8, packing: Packing::Grid, ..settings() }, &Serial, 0).unwrap();
+        few = few.min(charts);
+        charts = report.chart_count as u32;
+        assert!(charts <= few.saturating_mul(3), "{charts} charts at {seams} instead of {few}");
+        let Some(ended) = report.ended_early else { break };
+        seams = ended.seams + 1;
+    }
+    assert!(charts < 10);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! When stages have to end: a clock beside the run, which rings core's alarm.
 //!
-//! Each stage that can end early may go on until a share of the limit is gone since the command began; what is left is for
-//! the stages after it, for the check and for writing.
+//! Each stage that can end early may go on until what the stages after it, the check and writing are expected to take is left of the
+//! limit: that goes with the mesh's size as what came before the search does (reading, repair, exposure), by whose time it is foreseen.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 use seamwright_core::base::progress::Stage;
@@ -9,8 +9,10 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Shares of the limit at which stages end.
-const SHARES: [(Stage, f64); 3] = [(Stage::Exposure, 0.25), (Stage::Seams, 0.5), (Stage::Pack, 0.75)];
+/// Share of the limit at which exposure ends.
+const EXPOSURE: f64 = 0.25;
+/// What is left of the limit when a stage ends: so many times what came before the search, and a share of the limit at the least and at the most.
+const LEFT: [(Stage, f64, [f64; 2]); 2] = [(Stage::Seams, 2.0, [0.25, 0.5]), (Stage::Pack, 1.0, [0.1, 0.25])];
 
 /// Rings when the time of the stage at work is up.
 pub struct Deadlines {
@@ -20,6 +22,7 @@ pub struct Deadlines {
     is_wanted: fn() -> bool,
     clock: Arc<(Mutex<Option<Instant>>, Condvar)>,
     due: Option<Instant>,
+    before: Option<Duration>, // from the start to the search
 }
 
 impl Deadlines {
@@ -28,13 +31,23 @@ impl Deadlines {
         let clock = Arc::new((Mutex::new(None), Condvar::new()));
         let hands = Arc::clone(&clock);
         thread::spawn(move || tick(&hands, alarm));
-        Self { start, limit, alarm, is_wanted, clock, due: None }
+        Self { start, limit, alarm, is_wanted, clock, due: None, before: None }
     }
 
     /// `stage` begins.
     pub fn enter(&mut self, stage: Stage) {
-        let share = SHARES.iter().find(|(s, _)| *s == stage).map(|(_, share)| *share);
-        self.set(share.map(|share| self.start + self.limit.mul_f64(share)));
+        if stage == Stage::Seams {
+            self.before.get_or_insert(self.start.elapsed());
+        }
+        let left = LEFT.iter().find(|(s, ..)| *s == stage).map(|(_, times, [least, most])| {
+            let before = self.before.map_or(f64::INFINITY, |before| times * before.as_secs_f64());
+            before.max(least * self.limit.as_secs_f64()).min(most * self.limit.as_secs_f64())
+        });
+        let gone = match left {
+            Some(left) => Some(self.limit.saturating_sub(Duration::from_secs_f64(left))),
+            None => (stage == Stage::Exposure).then(|| self.limit.mul_f64(EXPOSURE)),
+        };
+        self.set(gone.map(|gone| self.start + gone));
     }
 
     /// The stage is over.

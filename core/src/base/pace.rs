@@ -60,6 +60,11 @@ pub trait Marks {
     fn broken(&mut self) -> Halt;
 }
 
+/// Nothing where `result` is that the stage was told to end, for what is no error then.
+pub fn unless_ended<T>(result: Result<T, StageError>, marks: &mut dyn Marks) -> Result<Option<T>, StageError> {
+    result.map(Some).or_else(|e| e.end(marks).map(|_| None))
+}
+
 /// Of a task that is broken off as a whole.
 pub struct NoMarks;
 

@@ -8,7 +8,7 @@
 use super::budget::Budget;
 use super::direct::Trials;
 use super::renewal::{Renewals, renewals_need, search_best};
-use crate::base::pace::{Marks, StageError};
+use crate::base::pace::{Marks, StageError, unless_ended};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::workers::Workers;
@@ -147,7 +147,7 @@ pub enum ProxyCuts {
     None,
 }
 
-/// Writes the cuts of the best of a search on a coarse mesh and of so many `renewals` there. Told to end, it carries over what there is.
+/// Writes the cuts of the best of a search on a coarse mesh and of so many `renewals` there. Told to end, at any time after the coarse mesh is there, it carries over what there is.
 #[allow(clippy::too_many_arguments)]
 pub fn cut_by_proxy(
     cut: &mut [u8],
@@ -164,23 +164,29 @@ pub fn cut_by_proxy(
     let Some(proxy) = Proxy::new(surface, target, most, &mut scratch)? else { return Ok(ProxyCuts::None) };
     let Proxy { surface: coarse, history, uv: coarse_uv, cut: coarse_cut } = proxy;
     let slack = Budget { distortion: 1.0 + SLACK * (budget.distortion - 1.0), ..budget };
-    let is_done = search_best(coarse_uv, coarse_cut, &coarse, slack, renewals, scratch.frame(), workers, marks)?;
+    let mut is_done = search_best(coarse_uv, coarse_cut, &coarse, slack, renewals, scratch.frame(), workers, marks)?;
     if is_done {
-        // From here to the first mark on the mesh itself it is all or nothing.
-        marks.mark(coarse.mesh.faces.len())?;
-    } else {
-        scratch = scratch.quiet();
+        let mark = marks.mark(coarse.mesh.faces.len()).map_err(StageError::from);
+        is_done = unless_ended(mark, marks)?.is_some();
     }
-    slit_holes(coarse_cut, &coarse, scratch.frame())?;
-    let carried = transfer(cut, surface, &coarse, coarse_cut, history, SLIDES, scratch.frame())?;
-    if !carried.is_faithful() {
-        return Ok(ProxyCuts::None);
-    }
-    if carried.forbidden > 0 {
-        if !go_round(cut, surface) {
-            return Ok(ProxyCuts::None);
+    slit_holes(coarse_cut, &coarse, scratch.frame().quiet())?;
+    let carry = |cut: &mut [u8], mut scratch: Scratch| -> Result<bool, StageError> {
+        let carried = transfer(cut, surface, &coarse, coarse_cut, history, SLIDES, scratch.frame())?;
+        if carried.is_faithful() && carried.forbidden > 0 {
+            let is_round = go_round(cut, surface);
+            disks_again(cut, surface, scratch)?;
+            return Ok(is_round);
         }
-        disks_again(cut, surface, scratch)?;
-    }
-    Ok(if is_done { ProxyCuts::All } else { ProxyCuts::Early })
+        Ok(carried.is_faithful())
+    };
+    let in_time = if is_done { unless_ended(carry(cut, scratch.frame()), marks)? } else { None };
+    let is_carried = match in_time {
+        Some(is_carried) => is_carried,
+        None => carry(cut, scratch.quiet())?,
+    };
+    Ok(match (is_carried, in_time) {
+        (false, _) => ProxyCuts::None,
+        (true, Some(_)) => ProxyCuts::All,
+        (true, None) => ProxyCuts::Early,
+    })
 }

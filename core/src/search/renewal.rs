@@ -11,7 +11,7 @@ use super::beside::try_beside;
 use super::budget::Budget;
 use super::direct::{Trials, direct_need, search_again, search_anew, search_from};
 use super::ruin::{Ball, Draws};
-use crate::base::pace::{Marks, NoMarks, StageError};
+use crate::base::pace::{Marks, NoMarks, StageError, unless_ended};
 use crate::base::real::sqrt;
 use crate::base::room::Room;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -190,11 +190,6 @@ fn is_of_planes(surface: &Surface) -> bool {
         bent += if turn > IN_PLANE && turn < SMOOTH { length } else { 0.0 };
     }
     bent <= 0.01 * all
-}
-
-/// Nothing where `result` is that the search was told to end, which is no error where there are charts.
-fn unless_ended<T>(result: Result<T, StageError>, marks: &mut dyn Marks) -> Result<Option<T>, StageError> {
-    result.map(Some).or_else(|e| e.end(marks).map(|_| None))
 }
 
 /// Ruins and recreates the charts `renewals` times, and keeps what costs less. Told to end, it ends with the best so far, and answers false.

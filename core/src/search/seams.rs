@@ -7,8 +7,9 @@ use super::budget::Budget;
 use super::by_proxy::{PROXY_FROM, ProxyCuts, cut_by_proxy, proxy_need};
 use super::direct::{Trials, direct_need, search_anew, search_from, settle};
 use super::renewal::{Renewals, renew, renewals_need, search_best};
-use crate::base::pace::{Marks, StageError};
+use crate::base::pace::{Marks, StageError, unless_ended};
 use crate::base::scratch::Scratch;
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::charts::surface::Surface;
 use glam::DVec2;
@@ -66,7 +67,7 @@ pub fn make_charts(
     } else {
         let renewals = renewals(budget, if faces <= LARGE { 0 } else { budget.renewals });
         match cut_by_proxy(cut, surface, budget, renewals, scratch.frame(), workers, marks)? {
-            ProxyCuts::All => search_from(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
+            ProxyCuts::All => search_on(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
             ProxyCuts::Early => search_from(uv, cut, surface, budget, trials, scratch.frame().quiet(), workers, marks)?,
             ProxyCuts::None => search_anew(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
         }
@@ -76,4 +77,29 @@ pub fn make_charts(
         }
     }
     settle(uv, cut, surface, budget, trials, scratch, workers, marks)
+}
+
+/// Searches from the cuts that there are; told to end before there is a map of them, it makes that all the same.
+#[allow(clippy::too_many_arguments)]
+fn search_on(
+    uv: &mut [DVec2],
+    cut: &mut [u8],
+    surface: &Surface,
+    budget: Budget,
+    trials: Trials,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+    marks: &mut dyn Marks,
+) -> Result<(), StageError> {
+    if !budget.ends_early {
+        return search_from(uv, cut, surface, budget, trials, scratch, workers, marks);
+    }
+    let begun = scratch.take::<u8>(cut.len())?;
+    begun.copy_from(cut);
+    let found = search_from(uv, cut, surface, budget, trials, scratch.frame(), workers, marks);
+    if unless_ended(found, marks)?.is_none() {
+        cut.copy_from(begun);
+        search_from(uv, cut, surface, budget, trials, scratch.quiet(), workers, marks)?;
+    }
+    Ok(())
 }
