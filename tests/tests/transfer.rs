@@ -147,6 +147,29 @@ fn coarser_meshes_keep_the_atlas_and_pass_it_on() {
     }
 }
 
+/// As decimation leaves them: two faces upon each other that hang on an edge have no place of their own on the atlas.
+#[test]
+fn a_flap_yields_and_moves_nothing_else() {
+    let mesh = fixture("hand");
+    let uv = unwrapped(&mesh);
+    let half = decimated(&mesh, 0.5);
+    let (_, plain) = carried(&mesh, &uv, &half);
+    for f in [0, 200, 700] {
+        let [a, b] = [0, 1].map(|i| half.corners[3 * f + i]);
+        let [p, q] = [a, b].map(|v| half.positions[v as usize]);
+        let mut flapped = half.clone();
+        let tip = flapped.positions.len() as u32;
+        flapped.positions.push(p.lerp(q, 0.5) + (q - p).any_orthogonal_vector() * 0.02);
+        for corners in [[a, b, tip], [b, a, tip]] {
+            flapped.corners.extend(corners);
+            flapped.polygon_start.push(flapped.corners.len() as u32);
+        }
+        let (_, report) = carried(&mesh, &uv, &flapped);
+        assert!(report.small > 0 && report.flipped == 0, "{f}: {report:?}");
+        assert!(report.within_two_texels > plain.within_two_texels - 1e-3, "{f}: {report:?}, {plain:?}");
+    }
+}
+
 #[test]
 fn threads_change_no_bit() {
     let mesh = fixture("hand");

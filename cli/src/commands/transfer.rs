@@ -123,10 +123,16 @@ fn missed(mesh: &Path, done: &TransferReport) -> Option<String> {
     let mesh = mesh.display();
     let share = 100.0 * done.within_two_texels;
     if !done.copied && done.flipped > 0 || done.overlapping > done.source_overlapping {
+        let why = match done.small {
+            0 => "they are larger than the charts leave room for".into(),
+            small => format!(
+                "{} of pieces too small to see, as of flaps, lie upon others: remove those",
+                counted(small, "face")
+            ),
+        };
+        let (flipped, overlapping) = (counted(done.flipped, "face"), done.overlapping);
         return Some(format!(
-            "{mesh}: the atlas is written, but {} flipped and {} overlapping; they are larger than the charts leave room for",
-            counted(done.flipped, "face"),
-            done.overlapping
+            "{mesh}: the atlas is written, but {flipped} flipped and {overlapping} overlapping; {why}"
         ));
     }
     (done.within_two_texels < LOST).then(|| {

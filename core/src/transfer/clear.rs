@@ -2,7 +2,8 @@
 //!
 //! Faces that were carried on beyond their chart's border come back to it in steps; where that is not enough, and where nothing was
 //! carried on, nodes move towards the middle of their neighbours. After every step faces that are turned over are turned back,
-//! the map is rounded to the grid, and overlaps are looked for there exactly. The best round is kept. Cost: a search for overlaps a round.
+//! the map is rounded to the grid, and overlaps are looked for there exactly. The best round is kept; where that has no fault, what gave way without
+//! need goes back. Cost: a search for overlaps a round.
 
 use super::source::SourceAtlas;
 use super::targets::Targets;
@@ -27,6 +28,8 @@ const FARTHEST: f64 = 0.9;
 /// Rounds after which the nodes of faces that still overlap go to the middle of their neighbours, and sweeps of that.
 const PATIENCE: usize = 12;
 const SWEEPS: usize = 60;
+/// Rounds in which nodes go back.
+const ROUNDS_BACK: usize = 24;
 
 /// What the map is of.
 #[derive(Clone, Copy)]
@@ -39,6 +42,9 @@ pub struct CarriedMap<'s> {
     pub source: &'s SourceAtlas<'s>,
     /// Whether the map stays in the unit square.
     pub in_square: bool,
+    /// Whether each face belongs to a small piece of the mesh, which yields alone to a larger one: a flap of no thickness has no place of its own, and
+    /// all that it lies on would give way.
+    pub small: &'s dyn Fn(usize) -> bool,
 }
 
 /// What was reached.
@@ -48,6 +54,8 @@ pub struct Cleared {
     pub flipped: usize,
     /// Faces that overlap another on the grid.
     pub overlapping: usize,
+    /// Those of them that belong to small pieces.
+    pub small: usize,
     /// Corners outside of the unit square, where the source has none.
     pub outside: usize,
 }
@@ -97,9 +105,7 @@ pub fn clear(
         smooth(x, loose, atlas.shapes.node, scratch.frame())?;
         untangle(x, &atlas.shapes, scratch.frame())?;
         let flipped = onto_grid(x, grid, atlas, scratch.frame())?;
-        for (f, t) in triangles.iter_mut().enumerate() {
-            *t = atlas.shapes.node[f].map(|n| written(grid[n as usize], atlas, f));
-        }
+        write(triangles, grid, atlas);
         let overlapping = overlaps(partner, triangles, scratch.frame(), workers)?;
         let mut outside = 0;
         for (n, p) in atlas.shapes.node.as_flattened().iter().zip(triangles.as_flattened()) {
@@ -108,7 +114,8 @@ pub fn clear(
                 outside += 1;
             }
         }
-        let now = Cleared { flipped, overlapping, outside };
+        let small = partner.iter().enumerate().filter(|(f, p)| **p != NONE && (atlas.small)(*f)).count();
+        let now = Cleared { flipped, overlapping, small, outside };
         if now.faults() < done.faults() {
             done = now;
             best.copy_from(grid);
@@ -116,13 +123,45 @@ pub fn clear(
         if overlapping + outside == 0 {
             break;
         }
-        step_back(level, partner, atlas.shapes.node, targets);
+        for (f, p) in (0..).zip(partner.iter_mut()).filter(|(_, p)| **p != NONE) {
+            // Who lies on what is smaller stays.
+            *p = if (atlas.small)(*p as usize) && !(atlas.small)(f) { NONE } else { *p };
+        }
+        step_back(level, partner, atlas, targets);
         if round >= PATIENCE {
             loosen(loose, partner, atlas.shapes.node, round % 3 == 2);
         }
     }
     grid.copy_from(best);
+    let stays = loose;
+    stays.fill(0);
+    for _ in 0..if done.faults() == 0 { ROUNDS_BACK } else { 0 } {
+        for (n, g) in grid.iter_mut().enumerate() {
+            *g = if stays[n] != 0 { best[n] } else { GridPoint::snap(targets.fitted[n], GRID_BITS) };
+        }
+        write(triangles, grid, atlas);
+        overlaps(partner, triangles, scratch.frame(), workers)?;
+        let mut hinders = false;
+        for ((nodes, t), p) in atlas.shapes.node.iter().zip(triangles.iter()).zip(partner.iter()) {
+            let is_turned = doubled_area(&nodes.map(|n| grid[n as usize])) <= 0;
+            if is_turned || *p != NONE || atlas.in_square && !t.iter().all(|p| is_inside(*p)) {
+                hinders = true;
+                nodes.iter().for_each(|n| stays[*n as usize] = 1);
+            }
+        }
+        if !hinders {
+            return Ok(done);
+        }
+    }
+    grid.copy_from(best);
     Ok(done)
+}
+
+/// The faces as they are written.
+fn write(triangles: &mut [GridTriangle], grid: &[GridPoint], atlas: &CarriedMap) {
+    for (f, t) in triangles.iter_mut().enumerate() {
+        *t = atlas.shapes.node[f].map(|n| written(grid[n as usize], atlas, f));
+    }
 }
 
 /// Middle of the neighbours of each node.
@@ -200,10 +239,11 @@ fn yield_at(level: &mut [u8], n: u32, targets: &Targets) {
 }
 
 /// One step back for the nodes of faces that overlap: for those beyond the border, or where there is none left for all.
-fn step_back(level: &mut [u8], partner: &[u32], node: &[[u32; 3]], targets: &Targets) {
-    let last = LEFT.len() as u8 - 1;
+fn step_back(level: &mut [u8], partner: &[u32], atlas: &CarriedMap, targets: &Targets) {
+    let (last, node) = (LEFT.len() as u8 - 1, atlas.shapes.node);
     for (f, p) in partner.iter().enumerate().filter(|(_, p)| **p != NONE) {
-        let both = || node[f].into_iter().chain(node[*p as usize]);
+        let stays = (atlas.small)(f) && !(atlas.small)(*p as usize);
+        let both = || node[f].into_iter().chain(node[*p as usize]).take(if stays { 3 } else { 6 });
         let may_yield = |level: &[u8], n: u32| is_beyond(n as usize, targets) && level[n as usize] < last;
         if both().any(|n| may_yield(level, n)) {
             for n in both() {

@@ -44,6 +44,8 @@ const REVERSED: f64 = 0.5;
 const LOOKS: usize = 4096;
 /// Share of the source's faces that lie upon others from which on they do so on purpose: no place is theirs alone.
 const STACKED: f64 = 0.02;
+/// Share of the mesh's area below which a piece is small: it gives way to what it lies on. A flap of a decimated animal has a millionth.
+const SMALL: f64 = 1e-4;
 /// Texels that count as near, in the report.
 const NEAR: f64 = 2.0;
 
@@ -71,7 +73,9 @@ pub fn transfer_atlas_need(source: &Counts, mesh: &Counts) -> usize {
     let of_mesh = repair_need(mesh)
         .saturating_add(surface_need(b, 3 * b))
         .saturating_add(closest_tree_need(b))
-        .saturating_add(bytes_for::<Rest>(b) + bytes_for::<NearestFace>(b) + bytes_for::<DVec3>(3 * b))
+        .saturating_add(
+            bytes_for::<Rest>(b) + bytes_for::<NearestFace>(b) + bytes_for::<DVec3>(3 * b) + bytes_for::<f64>(b),
+        )
         .saturating_add(bytes_for::<u32>(b).saturating_mul(4))
         .saturating_add(work);
     of_source.saturating_add(of_mesh).saturating_add(fill_dropped_need(mesh)).saturating_add(1 << 14)
@@ -213,9 +217,14 @@ impl Carried<'_> {
         let chart = |f: usize| sheets.chart[sheets.region[f] as usize];
         let scale = |f: usize| atlas.scale[chart(f) as usize];
         let shapes = Shapes { node, rest, scale: &scale };
-        let whole = CarriedMap { shapes, chart: &chart, source: atlas, in_square: atlas.is_in_square() };
+        let of_component = scratch.take::<f64>(onto.component_count)?;
+        (0..faces).for_each(|f| of_component[onto.component[f] as usize] += area(mesh, f));
+        let all: f64 = of_component.iter().sum();
+        let small = |f: usize| of_component[onto.component[f] as usize] < SMALL * all;
+        let in_square = atlas.is_in_square();
+        let whole = CarriedMap { shapes, chart: &chart, source: atlas, in_square, small: &small };
         let cleared = clear(x, grid, &targets, &whole, scratch.frame(), workers)?;
-        (report.flipped, report.overlapping) = (cleared.flipped, cleared.overlapping);
+        (report.flipped, report.overlapping, report.small) = (cleared.flipped, cleared.overlapping, cleared.small);
         x.iter_mut().zip(grid.iter()).for_each(|(x, g)| *x = g.uv(GRID_BITS));
         let texels = NEAR / f64::from(self.size.max(1));
         let far = |n: u32| x[n as usize].distance_squared(targets.fitted[n as usize]) > texels * texels;

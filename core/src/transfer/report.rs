@@ -21,6 +21,8 @@ pub struct TransferReport {
     pub flipped: usize,
     /// Faces that overlap another on the grid.
     pub overlapping: usize,
+    /// Those of them that belong to small pieces, as flaps of no thickness do.
+    pub small: usize,
     /// Faces that would be turned over or overlap where the source says they belong, and their neighbours that moved with them.
     pub moved: usize,
     /// Share of the surface whose UVs are within two texels of the source's.
