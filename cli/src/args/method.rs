@@ -9,7 +9,7 @@ pub enum MethodArg {
     Exact,
     /// The same charts, mapped by a network that learns them
     Neural,
-    /// As exact, with 8 further trials of seams unless --search says how many
+    /// As exact, with 40 further trials of seams unless --search says how many
     Hybrid,
 }
 

@@ -49,7 +49,7 @@ pub struct SettingsArgs {
     /// Exposure rays of each vertex
     #[arg(long, value_name = "COUNT", default_value_t = pipeline::Settings::default().rays, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub rays: u32,
-    /// Further trials of the seams, 100 at the most: those in a random place are given up and searched for again, and what costs least to be seen is kept. 8 take about three times as long
+    /// Further trials of the seams, 100 at the most: those in a random place are given up and searched for again, and what costs least to be seen is kept. 40 take about twice as long
     #[arg(long, value_name = "COUNT", default_value_t = pipeline::Settings::default().search, value_parser = clap::value_parser!(u32).range(0..=100))]
     pub search: u32,
     /// Seed of every random choice

@@ -12,7 +12,7 @@ use crate::training::trainer::Trainer;
 use seamwright_core::pipeline::Settings;
 
 /// Further trials of the hybrid method.
-const HYBRID: u32 = 8;
+const HYBRID: u32 = 40;
 
 /// Runs `seamwright unwrap`.
 pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {

@@ -92,7 +92,7 @@ pub struct Settings {
     pub hard_edges: HardEdges,
     /// What is given up where seams and fill are at odds.
     pub prefer: Prefer,
-    /// Trials of ruin and recreate beyond those of any search, on the mesh itself where it has no more than 30,000 faces. Noticed seams become
+    /// Trials of ruin and recreate beyond those of any search, on the mesh, or the coarse one that it is cut by. Noticed seams become
     /// shorter; see docs/RESULTS.md.
     pub search: u32,
     /// Seed of every random value.

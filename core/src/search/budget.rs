@@ -9,7 +9,7 @@ pub struct Budget {
     pub bulky: bool,
     /// Whether a piece stays one chart; larger ones than can be walled only become few.
     pub whole: bool,
-    /// Trials on the mesh itself beyond those of any search.
+    /// Trials beyond those of any search, on the mesh or, where it is decimated, on the coarse mesh.
     pub renewals: u32,
     /// Seed of the places of trials.
     pub seed: u64,

@@ -6,7 +6,7 @@
 use super::budget::Budget;
 use super::by_proxy::{PROXY_FROM, ProxyCuts, cut_by_proxy, proxy_need};
 use super::direct::{Trials, direct_need, search_anew, search_from, settle};
-use super::renewal::{Renewals, renew, renewals_need, search_best};
+use super::renewal::{Renewals, renewals_need, search_best};
 use crate::base::pace::{Marks, StageError, unless_ended};
 use crate::base::scratch::Scratch;
 use crate::base::slices::Slices;
@@ -29,11 +29,6 @@ fn trials(faces: usize) -> Trials {
     }
 }
 
-/// Those of any search and `more`; one chart that is held apart from itself takes many times as long, and none was found better.
-fn renewals(budget: Budget, more: u32) -> Renewals {
-    if budget.whole { Renewals::just(more) } else { Renewals::with(more) }
-}
-
 /// Scratch bytes that [`make_charts`] asks for.
 pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let direct = direct_need(faces, vertices, trials(faces));
@@ -41,7 +36,6 @@ pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let own = match faces {
         ..=SMALL => renewals(1),
         _ if faces <= PROXY_FROM => renewals(2),
-        _ if faces <= LARGE => renewals(1).max(proxy_need(faces, vertices)),
         _ => proxy_need(faces, vertices),
     };
     direct.max(own)
@@ -61,19 +55,16 @@ pub fn make_charts(
     // On 100k faces one tight contact holds all nodes back in every step: minutes instead of seconds.
     let budget = Budget { whole: budget.whole && faces <= LARGE, ..budget };
     let trials = trials(faces);
+    // One chart that is held apart from itself takes many times as long, and none was found better.
+    let more = budget.renewals;
+    let renewals = if budget.whole { Renewals::just(more) } else { Renewals::with(more) };
     if faces <= PROXY_FROM {
-        let renewals = renewals(budget, budget.renewals);
         search_best(uv, cut, surface, budget, renewals, scratch.frame(), workers, marks)?;
     } else {
-        let renewals = renewals(budget, if faces <= LARGE { 0 } else { budget.renewals });
         match cut_by_proxy(cut, surface, budget, renewals, scratch.frame(), workers, marks)? {
             ProxyCuts::All => search_on(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
             ProxyCuts::Early => search_from(uv, cut, surface, budget, trials, scratch.frame().quiet(), workers, marks)?,
             ProxyCuts::None => search_anew(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
-        }
-        if faces <= LARGE && budget.renewals > 0 {
-            let renewals = Renewals::just(budget.renewals);
-            renew(uv, cut, surface, budget, trials, renewals, scratch.frame(), workers, marks)?;
         }
     }
     settle(uv, cut, surface, budget, trials, scratch, workers, marks)
