@@ -31,7 +31,7 @@ use core::cmp::Ordering::Less;
 use core::sync::atomic::AtomicBool;
 use glam::DVec2;
 
-/// Trials of any search. With 24 of them 62 meshes are noticed 2.5 % less than with 8, in 1.3 times the time (docs/RESULTS.md).
+/// Trials of any search. With 24 of them 63 meshes are noticed 2.5 % less than with 8, in 1.3 times the time (docs/RESULTS.md).
 const ANY: u32 = 24;
 /// Trials in a row that find nothing better, after which there are no more than were asked for. After 6, they are noticed 1.7 % less.
 const IN_VAIN: u32 = 10;
