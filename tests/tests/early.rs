@@ -147,13 +147,13 @@ fn stages_end_at_limits_of_work_one_by_one() {
 #[test]
 fn whoever_waits_longer_does_not_get_many_charts_instead_of_few() {
     let mesh = fixture("quadruped.obj");
-    let (mut seams, mut charts, mut few) = (0, u32::MAX, u32::MAX);
+    let (mut seams, mut charts, mut few) = (0, usize::MAX, usize::MAX);
     loop {
         let work = CountedWork { seams, ..CountedWork::ALL };
         let (_, report) =
             run(&mesh, &Settings { work, rays: 8, packing: Packing::Grid, ..settings() }, &Serial, 0).unwrap();
         few = few.min(charts);
-        charts = report.chart_count as u32;
+        charts = report.chart_count;
         assert!(charts <= few.saturating_mul(3), "{charts} charts at {seams} instead of {few}");
         let Some(ended) = report.ended_early else { break };
         seams = ended.seams + 1;

@@ -9,10 +9,9 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Share of the limit at which exposure ends.
-const EXPOSURE: f64 = 0.25;
 /// What is left of the limit when a stage ends: so many times what came before the search, and a share of the limit at the least and at the most.
-const LEFT: [(Stage, f64, [f64; 2]); 2] = [(Stage::Seams, 2.0, [0.25, 0.5]), (Stage::Pack, 1.0, [0.1, 0.25])];
+const LEFT: [(Stage, f64, [f64; 2]); 3] =
+    [(Stage::Exposure, 0.0, [0.75, 0.75]), (Stage::Seams, 2.0, [0.25, 0.5]), (Stage::Pack, 1.0, [0.1, 0.25])];
 
 /// Rings when the time of the stage at work is up.
 pub struct Deadlines {
@@ -40,14 +39,10 @@ impl Deadlines {
             self.before.get_or_insert(self.start.elapsed());
         }
         let left = LEFT.iter().find(|(s, ..)| *s == stage).map(|(_, times, [least, most])| {
-            let before = self.before.map_or(f64::INFINITY, |before| times * before.as_secs_f64());
-            before.max(least * self.limit.as_secs_f64()).min(most * self.limit.as_secs_f64())
+            let before = self.before.unwrap_or(self.limit).mul_f64(*times);
+            before.max(self.limit.mul_f64(*least)).min(self.limit.mul_f64(*most))
         });
-        let gone = match left {
-            Some(left) => Some(self.limit.saturating_sub(Duration::from_secs_f64(left))),
-            None => (stage == Stage::Exposure).then(|| self.limit.mul_f64(EXPOSURE)),
-        };
-        self.set(gone.map(|gone| self.start + gone));
+        self.set(left.map(|left| self.start + (self.limit - left)));
     }
 
     /// The stage is over.

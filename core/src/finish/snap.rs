@@ -63,8 +63,9 @@ pub fn close_slits(points: &mut [GridPoint], slits: impl Iterator<Item = [(u32, 
     }
 }
 
-/// Parts the copies of a vertex, whether cuts or repair made them, that lie within [`TOGETHER`] steps in one chart though no closed slit joins them, as where both wedges
-/// beside a third chart are left of a flat face: a border that touches itself is no border to a reader. `vertex` has that of each node.
+/// Parts the copies of a vertex, whether cuts or repair made them, that lie within [`TOGETHER`] steps in one chart though no closed slit joins
+/// them, as where both wedges beside a third chart are left of a flat face: a border that touches itself is no border to a reader. `vertex` has
+/// that of each node, the same for all copies.
 pub fn part_touching(
     points: &mut [GridPoint],
     faces: &[[u32; 3]],

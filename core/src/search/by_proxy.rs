@@ -6,7 +6,6 @@
 //! Cost: O(n log n) for the decimation and what is carried over.
 
 use super::budget::Budget;
-use super::direct::Trials;
 use super::renewal::{Renewals, renewals_need, search_best};
 use crate::base::pace::{Marks, StageError, unless_ended};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -57,7 +56,7 @@ pub fn proxy_need(faces: usize, vertices: usize) -> usize {
     let kept = bytes_for::<Collapse>(vertices) + 800 * coarse;
     let flags = bytes_for::<u8>(3 * faces) + bytes_for::<f64>(3 * faces);
     let full = bytes_for::<[u32; 3]>(faces) + bytes_for::<u32>(vertices) + decimate_need(vertices, faces) + flags;
-    let search = renewals_need(coarse, coarse, Trials::All, 2);
+    let search = renewals_need(coarse, coarse, 2);
     let carry = transfer_need(vertices, faces).max(proxy_costs_need(vertices, coarse));
     kept + full.max(search).max(carry)
 }
@@ -136,18 +135,9 @@ fn mark_creases(hard: &mut [u8], surface: &Surface, mut scratch: Scratch) -> Res
     Ok(())
 }
 
-/// What came of a search on a coarse mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ProxyCuts {
-    /// The cuts are those that it found.
-    All,
-    /// The same, but it was told to end before it was done.
-    Early,
-    /// There is no coarse mesh, or to carry its cuts over would cut a diagonal or change the charts: the search has to begin on the mesh.
-    None,
-}
-
-/// Writes the cuts of the best of a search on a coarse mesh and of so many `renewals` there. Told to end, at any time after the coarse mesh is there, it carries over what there is.
+/// Writes the cuts of the best of a search on a coarse mesh and of so many `renewals` there. Told to end, at any time after the coarse mesh is
+/// there, it carries over what there is. False where there is no coarse mesh, or to carry its cuts over would cut a diagonal or change the
+/// charts: the search has to begin on the mesh.
 #[allow(clippy::too_many_arguments)]
 pub fn cut_by_proxy(
     cut: &mut [u8],
@@ -157,11 +147,11 @@ pub fn cut_by_proxy(
     mut scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
-) -> Result<ProxyCuts, StageError> {
+) -> Result<bool, StageError> {
     marks.mark(surface.mesh.faces.len())?;
     let most = most_of(surface.mesh.faces.len());
     let target = if budget.whole { WHOLE_FACES } else { PROXY_FACES };
-    let Some(proxy) = Proxy::new(surface, target, most, &mut scratch)? else { return Ok(ProxyCuts::None) };
+    let Some(proxy) = Proxy::new(surface, target, most, &mut scratch)? else { return Ok(false) };
     let Proxy { surface: coarse, history, uv: coarse_uv, cut: coarse_cut } = proxy;
     let slack = Budget { distortion: 1.0 + SLACK * (budget.distortion - 1.0), ..budget };
     let mut is_done = search_best(coarse_uv, coarse_cut, &coarse, slack, renewals, scratch.frame(), workers, marks)?;
@@ -180,13 +170,8 @@ pub fn cut_by_proxy(
         Ok(carried.is_faithful())
     };
     let in_time = if is_done { unless_ended(carry(cut, scratch.frame()), marks)? } else { None };
-    let is_carried = match in_time {
-        Some(is_carried) => is_carried,
-        None => carry(cut, scratch.quiet())?,
-    };
-    Ok(match (is_carried, in_time) {
-        (false, _) => ProxyCuts::None,
-        (true, Some(_)) => ProxyCuts::All,
-        (true, None) => ProxyCuts::Early,
-    })
+    match in_time {
+        Some(is_carried) => Ok(is_carried),
+        None => carry(cut, scratch.quiet()),
+    }
 }

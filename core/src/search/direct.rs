@@ -97,7 +97,6 @@ pub fn search_again(
     cut: &mut [u8],
     surface: &Surface,
     budget: Budget,
-    trials: Trials,
     ceiling: f64,
     scratch: Scratch,
     workers: &dyn Workers,
@@ -105,7 +104,7 @@ pub fn search_again(
 ) -> Result<(), StageError> {
     in_rounds(uv, cut, surface, budget, scratch, workers, marks, |rounds, scratch| {
         rounds.ceiling = ceiling;
-        all_rounds(rounds, budget, trials, scratch)
+        all_rounds(rounds, budget, Trials::All, scratch)
     })
 }
 

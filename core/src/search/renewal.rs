@@ -77,9 +77,9 @@ const fn renewal_need(faces: usize) -> usize {
     bytes_for::<DVec2>(3 * faces) + bytes_for::<u8>(3 * faces) + bytes_for::<u8>(faces)
 }
 
-/// Scratch bytes that [`renew`] takes with `beside` trials side by side.
-pub fn renewals_need(faces: usize, vertices: usize, trials: Trials, beside: usize) -> usize {
-    beside.min(BESIDE) * (direct_need(faces, vertices, trials) + renewal_need(faces))
+/// Scratch bytes of trials, `beside` of them side by side.
+pub fn renewals_need(faces: usize, vertices: usize, beside: usize) -> usize {
+    beside.min(BESIDE) * (direct_need(faces, vertices, Trials::All) + renewal_need(faces))
 }
 
 /// What charts cost.
@@ -142,7 +142,8 @@ pub fn search_best(
         let other = from_others(uv, cut, surface, budget, scratch.frame(), workers, marks);
         unless_ended(other, marks)?;
     }
-    renew(uv, cut, surface, budget, Trials::All, renewals, scratch, workers, marks)
+    let done = renew(uv, cut, surface, budget, renewals, scratch, workers, marks);
+    Ok(unless_ended(done, marks)?.is_some())
 }
 
 /// Searches anew with next to no distortion where all is flat between sharp edges, which is to make no more charts, and from cuts around the openings of
@@ -192,37 +193,20 @@ fn is_of_planes(surface: &Surface) -> bool {
     bent <= 0.01 * all
 }
 
-/// Ruins and recreates the charts `renewals` times, and keeps what costs less. Told to end, it ends with the best so far, and answers false.
+/// Ruins and recreates the charts `renewals` times, and keeps what costs less. Told to end, it leaves the best so far.
 #[allow(clippy::too_many_arguments)]
 fn renew(
     uv: &mut [DVec2],
     cut: &mut [u8],
     surface: &Surface,
     budget: Budget,
-    trials: Trials,
-    renewals: Renewals,
-    scratch: Scratch,
-    workers: &dyn Workers,
-    marks: &mut dyn Marks,
-) -> Result<bool, StageError> {
-    let done = renew_all(uv, cut, surface, budget, trials, renewals, scratch, workers, marks);
-    Ok(unless_ended(done, marks)?.is_some())
-}
-
-#[allow(clippy::too_many_arguments)]
-fn renew_all(
-    uv: &mut [DVec2],
-    cut: &mut [u8],
-    surface: &Surface,
-    budget: Budget,
-    trials: Trials,
     renewals: Renewals,
     mut scratch: Scratch,
     workers: &dyn Workers,
     marks: &mut dyn Marks,
 ) -> Result<(), StageError> {
     let (faces, vertices) = (surface.mesh.faces.len(), surface.mesh.positions.len());
-    let one = renewals_need(faces, vertices, trials, 1);
+    let one = renewals_need(faces, vertices, 1);
     let beside = (scratch.remaining() / one.max(1)).clamp(1, BESIDE);
     let budget = Budget { ends_early: false, ..budget };
     let mut best = Price::of(uv, cut, surface, &budget, scratch.frame())?;
@@ -234,7 +218,7 @@ fn renew_all(
             marked += 1;
         }
         let alarms = [const { AtomicBool::new(false) }; BESIDE];
-        let renewal = Renewal { surface, budget, trials, best };
+        let renewal = Renewal { surface, budget, best };
         let mut balls = heapless::Vec::<_, BESIDE>::new();
         while balls.len() < beside.min((renewals.most - number) as usize)
             && let Some(ball) = draws.next(uv, cut, surface, budget.seed)
@@ -270,7 +254,6 @@ fn renew_all(
 struct Renewal<'r> {
     surface: &'r Surface<'r>,
     budget: Budget,
-    trials: Trials,
     best: Price,
 }
 
@@ -285,7 +268,7 @@ impl Renewal<'_> {
         mut scratch: Scratch,
         workers: &dyn Workers,
     ) -> Result<Option<Price>, StageError> {
-        let Renewal { surface, budget, trials, best } = *self;
+        let Renewal { surface, budget, best } = *self;
         let changed = scratch.take::<u8>(surface.mesh.faces.len())?;
         for c in ball.cuts(before, surface) {
             surface.set_cut(cut, c, false);
@@ -297,7 +280,7 @@ impl Renewal<'_> {
         }
         flatten_below(uv, cut, changed, f64::INFINITY, surface, scratch.frame(), workers)?;
         let ceiling = CEILING * best.cuts;
-        search_again(uv, cut, surface, budget, trials, ceiling, scratch.frame(), workers, &mut NoMarks)?;
+        search_again(uv, cut, surface, budget, ceiling, scratch.frame(), workers, &mut NoMarks)?;
         let price = Price::of(uv, cut, surface, &budget, scratch)?;
         Ok(Some(price).filter(|price| price.is_less(&best)))
     }
@@ -321,7 +304,7 @@ mod tests {
                 let (mut uv, mut cut) = (vec![DVec2::ZERO; surface.twin.len()], vec![0; surface.twin.len()]);
                 let (faces, vertices) = (surface.mesh.faces.len(), surface.mesh.positions.len());
                 let mut frame = scratch.frame();
-                let part = frame.split(renewals_need(faces, vertices, Trials::All, beside)).unwrap();
+                let part = frame.split(renewals_need(faces, vertices, beside)).unwrap();
                 let renewals = Renewals::just(count);
                 search_best(&mut uv, &mut cut, surface, budget, renewals, part, &Serial, &mut NoMarks).unwrap();
                 (Price::of(&uv, &cut, surface, &budget, scratch.frame()).unwrap(), cut)

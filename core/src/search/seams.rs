@@ -4,7 +4,7 @@
 //! no overlap inside a chart but of one polygon.
 
 use super::budget::Budget;
-use super::by_proxy::{PROXY_FROM, ProxyCuts, cut_by_proxy, proxy_need};
+use super::by_proxy::{PROXY_FROM, cut_by_proxy, proxy_need};
 use super::direct::{Trials, direct_need, search_anew, search_from, settle};
 use super::renewal::{Renewals, renewals_need, search_best};
 use crate::base::pace::{Marks, StageError, unless_ended};
@@ -32,7 +32,7 @@ fn trials(faces: usize) -> Trials {
 /// Scratch bytes that [`make_charts`] asks for.
 pub fn make_charts_need(faces: usize, vertices: usize) -> usize {
     let direct = direct_need(faces, vertices, trials(faces));
-    let renewals = |beside: usize| renewals_need(faces, vertices, trials(faces), beside);
+    let renewals = |beside: usize| renewals_need(faces, vertices, beside);
     let own = match faces {
         ..=SMALL => renewals(1),
         _ if faces <= PROXY_FROM => renewals(2),
@@ -61,11 +61,9 @@ pub fn make_charts(
     if faces <= PROXY_FROM {
         search_best(uv, cut, surface, budget, renewals, scratch.frame(), workers, marks)?;
     } else {
-        match cut_by_proxy(cut, surface, budget, renewals, scratch.frame(), workers, marks)? {
-            ProxyCuts::All => search_on(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
-            ProxyCuts::Early => search_from(uv, cut, surface, budget, trials, scratch.frame().quiet(), workers, marks)?,
-            ProxyCuts::None => search_anew(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?,
-        }
+        let is_carried = cut_by_proxy(cut, surface, budget, renewals, scratch.frame(), workers, marks)?;
+        let search = if is_carried { search_on } else { search_anew };
+        search(uv, cut, surface, budget, trials, scratch.frame(), workers, marks)?;
     }
     settle(uv, cut, surface, budget, trials, scratch, workers, marks)
 }

@@ -123,9 +123,10 @@ pub fn clear(
         if overlapping + outside == 0 {
             break;
         }
-        for (f, p) in (0..).zip(partner.iter_mut()).filter(|(_, p)| **p != NONE) {
-            // Who lies on what is smaller stays.
-            *p = if (atlas.small)(*p as usize) && !(atlas.small)(f) { NONE } else { *p };
+        for (f, p) in partner.iter_mut().enumerate() {
+            if *p != NONE && (atlas.small)(*p as usize) && !(atlas.small)(f) {
+                *p = NONE; // what lies on something small stays
+            }
         }
         step_back(level, partner, atlas, targets);
         if round >= PATIENCE {
@@ -133,28 +134,54 @@ pub fn clear(
         }
     }
     grid.copy_from(best);
-    let stays = loose;
+    if done.faults() == 0 {
+        go_back(grid, best, loose, triangles, partner, targets, atlas, scratch, workers)?;
+    }
+    Ok(done)
+}
+
+/// Lets nodes of the map `best`, which has no fault, go back to where they fit best: those of faces that would be turned over, overlap or leave the
+/// square stay, until no face would.
+#[allow(clippy::too_many_arguments)]
+fn go_back(
+    grid: &mut [GridPoint],
+    best: &[GridPoint],
+    stays: &mut [u8],
+    triangles: &mut [GridTriangle],
+    partner: &mut [u32],
+    targets: &Targets,
+    atlas: &CarriedMap,
+    mut scratch: Scratch,
+    workers: &dyn Workers,
+) -> Result<(), ScratchTooSmall> {
     stays.fill(0);
-    for _ in 0..if done.faults() == 0 { ROUNDS_BACK } else { 0 } {
+    for _ in 0..ROUNDS_BACK {
         for (n, g) in grid.iter_mut().enumerate() {
             *g = if stays[n] != 0 { best[n] } else { GridPoint::snap(targets.fitted[n], GRID_BITS) };
+        }
+        if *grid == *best {
+            return Ok(());
         }
         write(triangles, grid, atlas);
         overlaps(partner, triangles, scratch.frame(), workers)?;
         let mut hinders = false;
         for ((nodes, t), p) in atlas.shapes.node.iter().zip(triangles.iter()).zip(partner.iter()) {
-            let is_turned = doubled_area(&nodes.map(|n| grid[n as usize])) <= 0;
-            if is_turned || *p != NONE || atlas.in_square && !t.iter().all(|p| is_inside(*p)) {
+            if is_turned(nodes, grid) || *p != NONE || atlas.in_square && !t.iter().all(|p| is_inside(*p)) {
                 hinders = true;
                 nodes.iter().for_each(|n| stays[*n as usize] = 1);
             }
         }
         if !hinders {
-            return Ok(done);
+            return Ok(());
         }
     }
     grid.copy_from(best);
-    Ok(done)
+    Ok(())
+}
+
+/// Whether a face has no positive area on the grid, as seen.
+fn is_turned(nodes: &[u32; 3], grid: &[GridPoint]) -> bool {
+    doubled_area(&nodes.map(|n| grid[n as usize])) <= 0
 }
 
 /// The faces as they are written.
@@ -268,8 +295,7 @@ fn onto_grid(
     if atlas.in_square {
         return straighten(grid, atlas.shapes.node, scratch);
     }
-    let turned = |f: &&[u32; 3]| doubled_area(&f.map(|n| grid[n as usize])) <= 0;
-    Ok(atlas.shapes.node.iter().filter(turned).count())
+    Ok(atlas.shapes.node.iter().filter(|nodes| is_turned(nodes, grid)).count())
 }
 
 /// A point of face `f` as it is written.
