@@ -3,7 +3,7 @@
 //! `unsafe`: the allocator, which hands every call on to the system's and ends the program where a piece of memory that
 //! the rest cannot do without is not to be had.
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 use seamwright::{args::line::CommandLine, commands, run::memory, run::stop};
 use std::alloc::{self, GlobalAlloc, System};
 use std::io::{Write, stderr};
@@ -51,7 +51,10 @@ unsafe impl GlobalAlloc for OrCodeFive {
 }
 
 fn main() -> ExitCode {
-    let line = CommandLine::parse();
+    // So that `--padding -1` is a value that the flag refuses, and no flag of its own.
+    let command =
+        CommandLine::command().mut_subcommands(|command| command.mut_args(|arg| arg.allow_negative_numbers(true)));
+    let line = CommandLine::from_arg_matches(&command.get_matches()).unwrap_or_else(|e| e.exit());
     stop::listen_for_stop();
     match commands::run(&line.command) {
         Ok(()) => ExitCode::SUCCESS,

@@ -56,6 +56,7 @@ fn a_wrong_command_line_is_code_2_and_names_the_flag() {
     with("--charts", "many", &["--charts", "few", "one"]);
     with("--threads", "0", &["--threads"]);
     with("--padding", "600", &["--padding 600", "--size 1024"]);
+    with("--padding", "-1", &["invalid value '-1' for '--padding"]);
     with("--sheet", "out.obj", &["--sheet", ".png"]);
     with("--json", "good.obj", &["--json good.obj", "the mesh"]);
     with("--json", "./out.obj", &["--json ./out.obj", "-o"]);
@@ -100,6 +101,55 @@ fn an_output_that_cannot_be_written_is_code_4_before_any_work() {
 
 /// The OBJ is complete when the sheet turns out to be a file that nobody can write: a device without room.
 #[cfg(target_os = "linux")]
+#[test]
+fn no_output_falls_on_a_file_that_belongs_to_a_mesh() {
+    let dir = folder();
+    let dir = dir.path();
+    fs::write(dir.join("m.mtl"), "newmtl a\n").expect("writable");
+    fs::write(dir.join("m.obj"), format!("mtllib m.mtl\n{TRIANGLE}")).expect("writable");
+    fs::write(dir.join("l.seg"), "0\n").expect("writable");
+    let with = |words: &[&'static str], expected: &[&str]| fails(dir, &[&["unwrap"], words].concat(), 2, expected);
+    with(&["m.obj", "-o", "n.obj", "--json", "m.mtl"], &["--json m.mtl", "a file that the mesh names"]);
+    with(&["m.obj", "-o", "n.obj", "--labels", "l.seg", "--json", "l.seg"], &["--json l.seg", "--labels"]);
+    with(&["good.obj", "-o", "n.gltf", "--json", "n.bin"], &["--json n.bin", "one that -o writes"]);
+    fails(dir, &["transfer", "m.obj", "good.obj", "-o", "n.obj", "--json", "m.mtl"], 2, &["--json m.mtl"]);
+    // What an OBJ says of materials stays where it is, and the user is told.
+    fs::create_dir(dir.join("far")).expect("writable");
+    for (out, expected) in
+        [("far/n.obj", "m.mtl is named by it and not copied"), ("n.glb", "what m.mtl says of materials")]
+    {
+        let done = seamwright(dir, &["unwrap", "m.obj", "-o", out]);
+        let message = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success() && message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn padding_without_room_is_code_5_where_it_was_asked_for_and_a_warning_else() {
+    let dir = folder();
+    let dir = dir.path();
+    let mut text = String::new();
+    for i in 0..400 {
+        let (x, first) = (2 * i, 3 * i + 1);
+        text += &format!("v {x} 0 0\nv {} 0 0\nv {x} 1 0\nf {first} {} {}\n", x + 1, first + 1, first + 2);
+    }
+    fs::write(dir.join("loose.obj"), text).expect("writable");
+    let done =
+        seamwright(dir, &["unwrap", "loose.obj", "-o", "a.obj", "--size", "64", "--padding", "4", "--json", "a.json"]);
+    let message = String::from_utf8_lossy(&done.stderr);
+    assert_eq!(done.status.code(), Some(5), "{message}");
+    assert!(
+        message.contains("--padding 4") && message.contains("400 charts") && message.contains("--size 64"),
+        "{message}"
+    );
+    let report: serde_json::Value =
+        serde_json::from_slice(&fs::read(dir.join("a.json")).expect("written")).expect("JSON");
+    let kept = report["result"]["padding"].as_f64().expect("a number");
+    assert!(kept < 4.0 && report["result"]["utilisation"].as_f64().expect("a number") > 0.01, "{report}");
+    assert!(seamwright(dir, &["check", "a.obj"]).status.success());
+    assert!(seamwright(dir, &["unwrap", "loose.obj", "-o", "a.obj"]).status.success());
+}
+
 #[test]
 fn a_sheet_that_fails_after_a_good_obj_is_code_4_and_leaves_nothing() {
     let dir = folder();

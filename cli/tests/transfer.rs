@@ -43,6 +43,36 @@ fn the_atlas_goes_to_the_other_mesh_with_a_report_and_a_picture() {
 }
 
 #[test]
+fn what_is_left_of_a_mesh_keeps_its_uvs() {
+    let dir = tempdir().expect("a temporary folder");
+    let dir = dir.path();
+    fs::write(dir.join("a.obj"), cube(0.0, false)).expect("writable");
+    let rest: Vec<String> = cube(0.0, false).lines().map(String::from).filter(|line| line != "f 1 2 6 5").collect();
+    fs::write(dir.join("b.obj"), rest.join("\n")).expect("writable");
+    assert!(seamwright(dir, &["unwrap", "a.obj", "-o", "a_uv.obj", "-q"]).status.success());
+    let done = seamwright(dir, &["transfer", "a_uv.obj", "b.obj", "-o", "b_uv.obj", "--json", "r.json"]);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let report: serde_json::Value =
+        serde_json::from_slice(&fs::read(dir.join("r.json")).expect("written")).expect("JSON");
+    assert_eq!((&report["result"]["copied"], &report["result"]["moved_faces"]), (&true.into(), &0.into()));
+    assert_eq!(report["warnings"], serde_json::json!([]));
+    // Every corner's UV, face by face.
+    let uvs = |name: &str| -> Vec<(String, Vec<String>)> {
+        let text = fs::read_to_string(dir.join(name)).expect("written");
+        let vt: Vec<&str> = text.lines().filter(|line| line.starts_with("vt ")).collect();
+        let of =
+            |word: &str| vt[word.split('/').nth(1).expect("a UV").parse::<usize>().expect("a number") - 1].to_string();
+        let faces = text.lines().filter_map(|line| line.strip_prefix("f "));
+        let places =
+            |face: &str| face.split(' ').map(|word| word.split('/').next().unwrap_or("")).collect::<Vec<_>>().join(" ");
+        faces.map(|face| (places(face), face.split(' ').map(of).collect())).collect()
+    };
+    let mut expected = uvs("a_uv.obj");
+    expected.retain(|(face, _)| face != "1 2 6 5");
+    assert_eq!(uvs("b_uv.obj"), expected);
+}
+
+#[test]
 fn what_cannot_be_carried_over_has_its_code_and_leaves_nothing() {
     let dir = tempdir().expect("a temporary folder");
     let dir = dir.path();

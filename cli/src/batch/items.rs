@@ -32,6 +32,10 @@ pub fn items(args: &BatchArgs) -> Result<Vec<Item>, Failure> {
             return Err(over_itself(&args.output, input));
         }
     }
+    if found.inputs.is_empty() {
+        let named: Vec<String> = args.inputs.iter().map(|path| path.display().to_string()).collect();
+        return Err(Failure::Input(format!("{}: no mesh in it", named.join(", "))));
+    }
     let all = found.inputs.into_iter().map(|(name, input)| Item { input, name });
     Ok(all.skip(args.rank as usize).step_by(args.world_size as usize).collect())
 }

@@ -3,7 +3,7 @@
 //! A file keeps its order of corners where a face is turned against its neighbours, and the UVs of such a face are mirrored in the
 //! eyes of whoever goes by that order. So faces are joined over their sides, first those that the map does not cut, then
 //! over its seams, as long as they do not contradict one another; of each piece the lesser part by area is turned.
-//! Sides of one face, or of more than two, join nothing. A surface that has no outside (a Moebius strip, a Klein bottle) contradicts
+//! Sides of one face, of more than two, or of a face and its copy, join nothing. A surface that has no outside (a Moebius strip, a Klein bottle) contradicts
 //! itself over its seams whatever is turned: there each chart alone decides, by the side that its UVs show.
 
 use std::collections::{HashMap, HashSet};
@@ -34,6 +34,12 @@ pub(super) fn turned(rings: &[Vec<u32>], place: &[u32], wedge: &[u32], area: &[f
         // In the order of the file, so that what contradicts is the same each time.
         let mut pairs: Vec<[(u32, bool); 2]> = faces.into_values().filter_map(|all| all.try_into().ok()).collect();
         pairs.sort_unstable();
+        let corners = |face: u32| {
+            let mut corners: Vec<u32> = rings[face as usize].iter().map(|c| place[*c as usize]).collect();
+            corners.sort_unstable();
+            corners
+        };
+        pairs.retain(|[(a, a_way), (b, b_way)]| a_way != b_way || corners(*a) != corners(*b));
         contradicting.clear();
         for [(a, a_way), (b, b_way)] in pairs {
             if !join(&mut links, a, b, a_way == b_way) {
@@ -107,6 +113,15 @@ mod tests {
         assert_eq!(of([1.0; 5], &place), [false, false, true, false, false]);
         assert_eq!(of([1.0; 5], &wedge), [false, false, true, false, false], "over seams alike");
         assert_eq!(of([1.0, 1.0, 9.0, 1.0, 1.0], &place), [true, true, false, true, false]);
+    }
+
+    #[test]
+    fn a_copy_of_a_face_is_not_turned() {
+        let place = [0, 1, 2, 0, 1, 2, 2, 1, 3];
+        let rings: Vec<Vec<u32>> = (0..3).map(|f| vec![3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        let wedge: Vec<u32> = (0..9).collect();
+        assert_eq!(turned(&rings[..2], &place[..6], &wedge[..6], &[1.0; 2], &[1.0; 2]), [false; 2]);
+        assert_eq!(turned(&rings, &place, &wedge, &[1.0; 3], &[1.0; 3]), [false; 3]);
     }
 
     #[test]

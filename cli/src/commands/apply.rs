@@ -28,6 +28,7 @@ pub fn apply(args: &ApplyArgs) -> Result<(), Failure> {
         parts: PartsSource::Shape(PartsArg::Off),
         groups: false,
         keep_seams: false,
+        inputs: vec![("--map", args.map.clone())],
         run: args.run,
     };
     job.check_settings()?;

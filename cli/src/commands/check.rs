@@ -27,6 +27,7 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
     }
     let stream = args.format.as_deref().and_then(Format::named);
     let loaded = open(&args.file, stream, Reading { uv_set: args.uv_set, ..Reading::default() })?;
+    loaded.check_set(args.uv_set)?;
     // As the file was read that was unwrapped.
     let copies = !Format::of(&args.file).or(stream).is_some_and(Format::has_instances);
     let read = |path: &PathBuf| open(path, stream, Reading { uv_set: args.uv_set, copies });

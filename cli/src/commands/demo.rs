@@ -35,6 +35,7 @@ pub fn demo(args: &DemoArgs) -> Result<(), Failure> {
         parts: PartsSource::Shape(PartsArg::Off),
         groups: false,
         keep_seams: false,
+        inputs: Vec::new(),
         run: args.run,
     };
     job.run(Path::new(name), || load_obj(Path::new(name), bytes.to_vec()))

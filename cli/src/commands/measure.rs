@@ -64,6 +64,7 @@ pub fn measure(args: &MeasureArgs) -> Result<(), Failure> {
 fn measure_file(path: &Path, args: &MeasureArgs, pool: &Pool, reporter: &mut Reporter) -> Result<AtlasRecord, Failure> {
     let stream = args.format.as_deref().and_then(Format::named);
     let loaded = open(path, stream, Reading { uv_set: args.uv_set, ..Reading::default() })?;
+    loaded.check_set(args.uv_set)?;
     // Labels can be compared on a mesh without UVs.
     let uv = if args.labels.is_some() { loaded.polygons()?.corner_uv.as_deref() } else { Some(loaded.mapped()?.1) };
     let mesh = loaded.polygons()?;

@@ -16,8 +16,12 @@ pub fn render(args: &RenderArgs) -> Result<(), Failure> {
         let text = format!("-o {}: a picture is written; name a file that ends in .png", args.output.display());
         return Err(Failure::Usage(text));
     }
+    if !args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        return Err(Failure::Usage(format!("-o {}: name a file that ends in .png", args.output.display())));
+    }
     drafts::check("-o", &args.output)?;
     let loaded = load_as(&args.file, Reading { uv_set: args.uv_set, ..Reading::default() })?;
+    loaded.check_set(args.uv_set)?;
     let (mesh, corner_uv) = loaded.mapped()?;
     let pool = Pool::new(None).map_err(|e| Failure::Unreached(format!("cannot start threads: {e}")))?;
     let title = loaded.name();

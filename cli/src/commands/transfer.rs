@@ -9,7 +9,7 @@ use crate::formats::format::Format;
 use crate::formats::loaded::{Loaded, open};
 use crate::formats::reading::Reading;
 use crate::formats::target::{Mapping, Target};
-use crate::jobs::outputs::{add_mesh, publish, refuse_clashes, refuse_two_streams};
+use crate::jobs::outputs::{add_mesh, publish, refuse_clashes, refuse_over_inputs, refuse_two_streams, report_failure};
 use crate::jobs::target::target;
 use crate::picture::drawing::Drawing;
 use crate::report::asked::InputReport;
@@ -24,13 +24,24 @@ use std::time::Instant;
 
 /// Runs `seamwright transfer`.
 pub fn transfer(args: &TransferArgs) -> Result<(), Failure> {
-    let start = Instant::now();
     let target = target(&args.writing, &args.mesh)?;
     check_paths(args, &target)?;
+    let carried =
+        carry(args, &target).inspect_err(|failure| report_failure(args.json.as_deref(), &args.mesh, failure))?;
+    missed(&args.mesh, &carried).map_or(Ok(()), |text| Err(Failure::Unreached(text)))
+}
+
+/// The whole run, with the atlas written.
+fn carry(args: &TransferArgs, target: &Target) -> Result<TransferReport, Failure> {
+    let start = Instant::now();
     let stream = args.writing.format.as_deref().and_then(Format::named);
     let reading = Reading { uv_set: target.uv_set, copies: !target.format.has_instances() };
     let source = open(&args.source, stream, reading)?;
     let mesh = open(&args.mesh, stream, reading)?;
+    for loaded in [&source, &mesh] {
+        let named: Vec<_> = loaded.beside().into_iter().map(|path| ("a file that a mesh names", path)).collect();
+        refuse_over_inputs(&outputs(args), &named)?;
+    }
     let mut reporter = Reporter::new(Show::fitting(args.run.quiet));
     let pool = Pool::new(args.run.threads.map(usize::from))
         .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
@@ -39,14 +50,14 @@ pub fn transfer(args: &TransferArgs) -> Result<(), Failure> {
     };
     let mut told = named(&source, source.warnings());
     told.extend(named(&mesh, mesh.warnings()));
-    told.extend(named(&mesh, &mesh.check(&target)?));
+    told.extend(named(&mesh, &mesh.check(target)?));
     let atlas = pool.enter(|| make(&source, &mesh, args.size, &pool, &mut reporter))?;
     told.extend(warnings(&source, &mesh, &atlas.report));
     let stages = reporter.finish().iter().map(StageReport::from).collect();
     let mut drafts = Drafts::new();
-    let files = mesh.files(&target, Mapping { corner_uv: &atlas.corner_uv, groups: None })?;
+    let files = mesh.files(target, Mapping { corner_uv: &atlas.corner_uv, groups: None })?;
     told.extend(named(&mesh, &files.warnings));
-    add_mesh(&mut drafts, &target, files)?;
+    add_mesh(&mut drafts, target, files)?;
     told.iter().for_each(|w| reporter.say(&format!("warning: {w}")));
     if let Some(path) = &args.sheet {
         let picture = draw(&mesh, &atlas, &pool);
@@ -73,7 +84,7 @@ pub fn transfer(args: &TransferArgs) -> Result<(), Failure> {
         counted(done.moved_faces, "face"),
         report.seconds
     ));
-    missed(&args.mesh, &atlas.report).map_or(Ok(()), |text| Err(Failure::Unreached(text)))
+    Ok(atlas.report)
 }
 
 /// No output may fall on another, nor one but the mesh's on an input.
@@ -100,8 +111,13 @@ fn check_paths(args: &TransferArgs, target: &Target) -> Result<(), Failure> {
     if let Some(path) = sheet.filter(|path| !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))) {
         return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", path.display())));
     }
-    let outputs = [("-o", Some(out)), ("--sheet", sheet), ("--json", json)];
-    outputs.into_iter().try_for_each(|(flag, path)| path.map_or(Ok(()), |path| drafts::check(flag, path)))
+    outputs(args).into_iter().try_for_each(|(flag, path)| path.map_or(Ok(()), |path| drafts::check(flag, path)))
+}
+
+/// The outputs that are named.
+fn outputs(args: &TransferArgs) -> [(&'static str, Option<&Path>); 3] {
+    let json = args.json.as_deref().filter(|path| !is_stdout(path));
+    [("-o", Some(args.writing.output.as_path())), ("--sheet", args.sheet.as_deref()), ("--json", json)]
 }
 
 fn draw(mesh: &Loaded, atlas: &CarriedAtlas, pool: &Pool) -> Vec<u8> {

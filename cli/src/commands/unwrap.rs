@@ -34,6 +34,10 @@ pub fn unwrap(args: &UnwrapArgs) -> Result<(), Failure> {
         parts: args.labels.clone().map_or(PartsSource::Shape(args.parts), PartsSource::File),
         groups: args.groups,
         keep_seams: args.keep_seams,
+        inputs: [("--labels", &args.labels), ("--settings", &args.learning.file)]
+            .into_iter()
+            .filter_map(|(flag, path)| Some((flag, path.clone()?)))
+            .collect(),
         run: args.run,
     };
     job.check_settings()?;

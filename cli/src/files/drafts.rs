@@ -5,7 +5,7 @@
 //! that it points to is replaced, or made. What is no regular file (a pipe, `/dev/null`, `-`) is written in place, at publishing.
 //! Limits: the renames of several outputs are one after the other; a power cut between two leaves the first.
 
-use super::paths::is_stdout;
+use super::paths::{is_stdout, same_file};
 use crate::base::failure::Failure;
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Write};
@@ -89,7 +89,13 @@ impl Drafts {
                 }
             }
         };
-        self.drafts.push(draft().map_err(|e| Failure::output(flag, path, &e))?);
+        let draft = draft().map_err(|e| Failure::output(flag, path, &e))?;
+        if let Some(other) = self.drafts.iter().find(|other| same_file(&other.path, &draft.path)) {
+            let text =
+                format!("{flag} {}: the same file as one that {} writes; choose another", path.display(), other.flag);
+            return Err(Failure::Usage(text));
+        }
+        self.drafts.push(draft);
         Ok(())
     }
 

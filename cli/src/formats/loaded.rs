@@ -46,6 +46,9 @@ pub fn load(path: &Path) -> Result<Loaded, Failure> {
 
 /// Reads what is wanted of the file at `path`.
 pub fn load_as(path: &Path, reading: Reading) -> Result<Loaded, Failure> {
+    if path.as_os_str() == "-" {
+        return Err(Failure::Usage("-: this command takes no standard input; name a file".into()));
+    }
     let Some(format) = Format::of(path) else {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         let problem =
@@ -139,7 +142,8 @@ impl Loaded {
                 return Ok(Vec::new());
             }
             (Content::Ply(file), Format::Ply) => return Ok(ply_write::warnings(file)),
-            (Content::Obj(_), Format::Obj) | (Content::Off(..), Format::Off) => return Ok(Vec::new()),
+            (Content::Obj(_), Format::Obj) => return Ok(self.left_behind(target, &model.named)),
+            (Content::Off(..), Format::Off) => return Ok(Vec::new()),
             (_, Format::Glb | Format::Gltf) => {
                 gltf_compose::writable(model).map_err(|e| input_error(&self.path, e.line, &e.problem))?;
                 Vec::new()
@@ -152,6 +156,11 @@ impl Loaded {
         let warning = (!losses.is_empty())
             .then(|| format!("{} does not take along: {}", target.format.name(), losses.join(", ")));
         let mut warnings: Vec<String> = warning.into_iter().collect();
+        if target.format == Format::Obj {
+            let textures = model.materials.iter().filter_map(|material| material.texture.clone());
+            let textures: Vec<String> = textures.filter(|name| model.named.contains(name)).collect();
+            warnings.extend(self.left_behind(target, &textures));
+        }
         if matches!(target.format, Format::Glb | Format::Gltf) {
             let name = target.format.name();
             if model.mesh.polygons().any(|p| p.len() > 3) {
@@ -166,6 +175,21 @@ impl Loaded {
             }
         }
         Ok(warnings)
+    }
+
+    /// The files that the mesh's own file names, and that lie beside it.
+    pub fn beside(&self) -> Vec<PathBuf> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        self.model().named.iter().map(|name| folder.join(name)).filter(|path| path.is_file()).collect()
+    }
+
+    /// What to say of files that the target names and that only lie beside the input.
+    fn left_behind(&self, target: &Target, names: &[String]) -> Vec<String> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let is_left = |name: &&String| folder.join(name).is_file() && !target.folder().join(name).is_file();
+        let text =
+            |name: &String| format!("{name} is named by it and not copied; put it beside {}", target.path.display());
+        names.iter().filter(is_left).map(text).collect()
     }
 
     /// The files that the mesh becomes with the UVs of `mapping`.
@@ -231,6 +255,19 @@ impl Loaded {
                 mesh.positions.len()
             ))),
         }
+    }
+
+    /// Refuses a set of UVs that the file has not, but for the first.
+    pub fn check_set(&self, uv_set: u32) -> Result<(), Failure> {
+        if uv_set == 0 {
+            return Ok(());
+        }
+        let why = match &self.content {
+            Content::Gltf(_) | Content::Ply(_) if self.mesh().corner_uv.is_some() => return Ok(()),
+            Content::Gltf(_) | Content::Ply(_) => "it has no such set of UVs",
+            _ => "its format holds one set of UVs, number 0",
+        };
+        Err(Failure::Input(format!("{}: --uv-set {uv_set}: {why}", self.path.display())))
     }
 
     /// The mesh, or a failure where it has no UV.

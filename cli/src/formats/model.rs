@@ -20,6 +20,8 @@ pub struct Model {
     pub marks: Option<Vec<Mark>>, // (p)
     /// What else the file holds that no other format takes from here, in words such as `2 skins`.
     pub rest: Vec<String>,
+    /// Files that it names, seen from its folder: materials, buffers, images.
+    pub named: Vec<String>,
     /// What was odd, in words for the user.
     pub warnings: Vec<String>,
 }

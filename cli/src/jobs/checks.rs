@@ -1,12 +1,13 @@
 //! What is checked before the work: settings that fit together, and outputs that fall on nothing and can be written.
 
 use super::job::Job;
-use super::outputs::{refuse_clashes, refuse_two_streams};
+use super::outputs::{refuse_clashes, refuse_over_inputs, refuse_two_streams};
 use crate::args::group::GroupArg;
 use crate::args::method::MethodArg;
 use crate::base::failure::Failure;
 use crate::files::drafts;
 use crate::files::paths::{has_stdout, is_stdout};
+use crate::formats::loaded::Loaded;
 use seamwright_core::pipeline::{CountedWork, Settings};
 use std::fs;
 use std::path::Path;
@@ -64,7 +65,28 @@ impl Job {
             ("--json", json, "--sheet", sheet),
         ];
         refuse_two_streams(&self.target, self.json.as_deref())?;
-        refuse_clashes(&clashes)
+        if self.save_map.as_deref().is_some_and(is_stdout) {
+            return Err(Failure::Usage("--save-map -: name a file".into()));
+        }
+        refuse_clashes(&clashes)?;
+        refuse_over_inputs(&self.outputs(), &self.inputs)
+    }
+
+    /// The outputs that are named.
+    fn outputs(&self) -> [(&'static str, Option<&Path>); 5] {
+        [
+            ("-o", Some(self.target.path.as_path())),
+            ("--sheet", self.sheet.as_deref()),
+            ("--json", self.json.as_deref().filter(|path| !is_stdout(path))),
+            ("--save-map", self.save_map.as_deref()),
+            ("--curves", self.curves.as_deref()),
+        ]
+    }
+
+    /// No output may fall on a file that the mesh names.
+    pub(super) fn check_beside(&self, loaded: &Loaded) -> Result<(), Failure> {
+        let named: Vec<_> = loaded.beside().into_iter().map(|path| ("a file that the mesh names", path)).collect();
+        refuse_over_inputs(&self.outputs(), &named)
     }
 
     /// Finds out whether all outputs can be written.

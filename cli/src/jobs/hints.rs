@@ -6,6 +6,8 @@ use glam::DVec3;
 
 /// Mean exposure below which a mesh that is turned inside out is told of: seen from outside, its faces show their backs.
 const HARDLY_OPEN: f64 = 0.15;
+/// Area, over the square of the mesh's size, below which a polygon has none to speak of.
+const EMPTY: f64 = 1e-14;
 /// Pieces of surface, and share of their sides that are borders, from which on they may have been parted by cracks.
 const PARTED: (usize, f64) = (16, 0.5);
 
@@ -28,7 +30,7 @@ pub fn hints(mesh: &Mesh, atlas: &Atlas, closes: bool) -> Vec<String> {
             repaired.components
         ));
     }
-    if atlas.report.utilisation < f64::EPSILON {
+    if atlas.report.utilisation < f64::EPSILON || !has_area(mesh) {
         told.push("no polygon has an area to speak of, so the atlas is empty; look at the mesh's positions".into());
     }
     told
@@ -36,15 +38,31 @@ pub fn hints(mesh: &Mesh, atlas: &Atlas, closes: bool) -> Vec<String> {
 
 /// Whether the volume that the faces enclose is negative.
 fn is_inside_out(mesh: &Mesh) -> bool {
-    let count = mesh.positions.len().max(1) as f64;
-    // Divided before they are added: sums of huge positions would overflow.
-    let middle: DVec3 = mesh.positions.iter().map(|p| *p / count).sum();
-    let extent = mesh.positions.iter().map(|p| (*p - middle).abs().max_element()).fold(f64::MIN_POSITIVE, f64::max);
+    let (middle, extent) = frame(mesh);
     let at = |c: u32| (mesh.positions[c as usize] - middle) / extent;
     let volume = |corners: &[u32]| -> f64 {
         (2..corners.len()).map(|i| at(corners[0]).dot(at(corners[i - 1]).cross(at(corners[i])))).sum()
     };
     mesh.polygons().map(|range| volume(&mesh.corners[range])).sum::<f64>() < 0.0
+}
+
+/// Whether a polygon has area to speak of.
+fn has_area(mesh: &Mesh) -> bool {
+    let (middle, extent) = frame(mesh);
+    let at = |c: u32| (mesh.positions[c as usize] - middle) / extent;
+    let area = |corners: &[u32]| -> DVec3 {
+        (2..corners.len()).map(|i| (at(corners[i - 1]) - at(corners[0])).cross(at(corners[i]) - at(corners[0]))).sum()
+    };
+    mesh.polygons().any(|range| area(&mesh.corners[range]).length() > EMPTY)
+}
+
+/// Middle of the vertices, and the distance of the farthest along an axis.
+fn frame(mesh: &Mesh) -> (DVec3, f64) {
+    let count = mesh.positions.len().max(1) as f64;
+    // Divided before they are added: sums of huge positions would overflow.
+    let middle: DVec3 = mesh.positions.iter().map(|p| *p / count).sum();
+    let extent = mesh.positions.iter().map(|p| (*p - middle).abs().max_element()).fold(f64::MIN_POSITIVE, f64::max);
+    (middle, extent)
 }
 
 #[cfg(test)]

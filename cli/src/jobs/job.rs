@@ -39,6 +39,8 @@ pub struct Job {
     pub groups: bool,
     /// Whether the borders of the UVs that are there stay cuts.
     pub keep_seams: bool,
+    /// Other files that are read, with what messages call them.
+    pub inputs: Vec<(&'static str, PathBuf)>,
     /// How it runs.
     pub run: RunArgs,
 }

@@ -5,10 +5,11 @@ use crate::files::drafts::Drafts;
 use crate::files::paths::{is_stdout, same_file};
 use crate::formats::target::{Files, Target};
 use crate::report::document::write_json;
+use crate::report::failed::FailureReport;
 use crate::run::stop::stop_requested;
 use serde::Serialize;
 use std::io::stdout;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A flag with its path, and what that path may not be: its name and place.
 pub type Clash<'c> = (&'c str, Option<&'c Path>, &'c str, Option<&'c Path>);
@@ -22,6 +23,16 @@ pub fn refuse_clashes(clashes: &[Clash]) -> Result<(), Failure> {
             let text = format!("{flag} {}: the same file as {other}; choose another", path.display());
             return Err(Failure::Usage(text));
         }
+    }
+    Ok(())
+}
+
+/// Refuses outputs that fall on what was read: the files that a mesh names, or what else has a flag.
+pub fn refuse_over_inputs(outputs: &[(&str, Option<&Path>)], inputs: &[(&str, PathBuf)]) -> Result<(), Failure> {
+    for (what, input) in inputs {
+        let clashes: Vec<Clash> =
+            outputs.iter().map(|(flag, path)| (*flag, *path, *what, Some(input.as_path()))).collect();
+        refuse_clashes(&clashes)?;
     }
     Ok(())
 }
@@ -62,4 +73,19 @@ pub fn publish(mut drafts: Drafts, json: Option<&Path>, report: &impl Serialize)
         }
         _ => Ok(()),
     }
+}
+
+/// Writes to the report at `json` why there is no atlas, where the mesh at `input` is why. What cannot be written is not told of: the
+/// code and the message stand for themselves.
+pub fn report_failure(json: Option<&Path>, input: &Path, failure: &Failure) {
+    let Some(path) = json.filter(|_| matches!(failure, Failure::Input(_) | Failure::Unreached(_))) else {
+        return;
+    };
+    let report = FailureReport::new(input, failure);
+    if is_stdout(path) {
+        let _ = write_json(&report, &mut stdout().lock());
+        return;
+    }
+    let mut drafts = Drafts::new();
+    let _ = drafts.add("--json", path, |out| write_json(&report, out)).and_then(|()| drafts.publish());
 }

@@ -117,6 +117,7 @@ impl<'a> Joined<'a> {
         let (all, own) = (&mut self.atlas.report, &atlas.report);
         all.distortion = mean(all.distortion, self.area, own.distortion, area);
         all.utilisation = mean(all.utilisation, self.sets as f64, own.utilisation, 1.0);
+        all.padding = if self.sets == 0 { own.padding } else { all.padding.min(own.padding) };
         all.chart_count += own.chart_count;
         all.flipped += own.flipped;
         all.overlapping += own.overlapping;

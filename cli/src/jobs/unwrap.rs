@@ -3,16 +3,16 @@
 use super::hints::hints;
 use super::job::{Job, PartsSource};
 use super::missed::cause;
-use super::outputs::{add_mesh, publish};
+use super::outputs::{add_mesh, publish, report_failure};
 use super::sets::{self, Joined, Set, has_triangle, sets};
 use crate::args::group::GroupArg;
+use crate::args::parts::PartsArg;
 use crate::base::counted::counted;
 use crate::base::failure::Failure;
 use crate::figures::measure::measure;
 use crate::figures::record::AtlasRecord;
 use crate::figures::sampled::{SampledExposure, Weighting};
 use crate::files::drafts::Drafts;
-use crate::files::paths::is_stdout;
 use crate::formats::labels::read as labels;
 use crate::formats::loaded::Loaded;
 use crate::formats::target::Mapping;
@@ -20,8 +20,7 @@ use crate::mesh::polygons::Mesh;
 use crate::mesh::view::PolygonView;
 use crate::picture::{curves, drawing::Drawing};
 use crate::report::asked::{InputReport, SettingsReport};
-use crate::report::document::{RunReport, StageReport, write_json};
-use crate::report::failed::FailureReport;
+use crate::report::document::{RunReport, StageReport};
 use crate::report::learning::LearningReport;
 use crate::report::parts::{groups, tree};
 use crate::report::result::{ResultReport, SetReport};
@@ -33,8 +32,7 @@ use crate::training::map_file;
 use crate::training::trainer::Trainer;
 use seamwright_core::judge::measure::RESOLUTION;
 use seamwright_core::mesh::cracks::Weld;
-use seamwright_core::pipeline::CountedWork;
-use std::io::stdout;
+use seamwright_core::pipeline::{CountedWork, Settings};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -46,30 +44,15 @@ impl Job {
     /// no atlas of the mesh at `input`.
     pub fn run(&self, input: &Path, load: impl FnOnce() -> Result<Loaded, Failure>) -> Result<(), Failure> {
         self.check_outputs()?;
-        let missed = self.atlas(load).inspect_err(|failure| self.tell(input, failure))?;
+        let missed = self.atlas(load).inspect_err(|failure| report_failure(self.json.as_deref(), input, failure))?;
         missed.map_or(Ok(()), |text| Err(Failure::Unreached(text)))
-    }
-
-    /// Writes to the report why there is no atlas, where the mesh is why. What cannot be written is not told of: the code and
-    /// the message stand for themselves.
-    fn tell(&self, input: &Path, failure: &Failure) {
-        let Some(path) = self.json.as_deref().filter(|_| matches!(failure, Failure::Input(_) | Failure::Unreached(_)))
-        else {
-            return;
-        };
-        let report = FailureReport::new(input, failure);
-        if is_stdout(path) {
-            let _ = write_json(&report, &mut stdout().lock());
-            return;
-        }
-        let mut drafts = Drafts::new();
-        let _ = drafts.add("--json", path, |out| write_json(&report, out)).and_then(|()| drafts.publish());
     }
 
     /// The whole run. Gives what was missed of what was asked, with the atlas written.
     fn atlas(&self, load: impl FnOnce() -> Result<Loaded, Failure>) -> Result<Option<String>, Failure> {
         let start = Instant::now();
         let loaded = load()?;
+        self.check_beside(&loaded)?;
         let mut reporter = Reporter::new(Show::fitting(self.run.quiet));
         if let Some(limit) = self.limit {
             reporter.limit(start, limit);
@@ -80,6 +63,16 @@ impl Job {
             .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
         warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
         let parts = self.find_parts(&loaded, &pool, &mut reporter)?;
+        if let (PartsSource::Shape(PartsArg::Count(wanted)), Some(found)) = (&self.parts, &parts)
+            && *wanted as usize != found.count
+        {
+            let text = format!(
+                "--parts {wanted}: there are {}; each piece of the mesh is one at least, and each part has a face",
+                found.count
+            );
+            reporter.say(&format!("warning: {}: {text}", loaded.path.display()));
+            warnings.push(text);
+        }
         let mut trainer = self.learning.clone();
         let made = self.make(&loaded, parts.as_ref(), trainer.as_mut(), &pool, &mut reporter)?;
         let atlas = &made.atlas;
@@ -100,7 +93,8 @@ impl Job {
             reporter.say(&result.welded());
         }
         let hints = hints(loaded.mesh(), atlas, self.settings.weld != Weld::Equal);
-        for warning in result.warnings().into_iter().chain(hints) {
+        let crowded = self.crowded(atlas).filter(|_| !self.asks_for_padding());
+        for warning in result.warnings().into_iter().chain(hints).chain(crowded) {
             reporter.say(&format!("warning: {}: {warning}", loaded.path.display()));
             warnings.push(warning);
         }
@@ -253,6 +247,21 @@ impl Job {
             .map_err(|e| Failure::Unreached(format!("--json: {name} cannot be measured: {e}")))
     }
 
+    /// Whether the padding, or the texture's size, is not that of any run.
+    fn asks_for_padding(&self) -> bool {
+        let (own, any) = (&self.settings, Settings::default());
+        own.padding != any.padding || own.size != any.size
+    }
+
+    /// What to say where charts have no room for the padding.
+    fn crowded(&self, atlas: &Atlas) -> Option<String> {
+        let Settings { padding, size, .. } = self.settings;
+        let (charts, kept) = (counted(atlas.report.chart_count, "chart"), atlas.report.padding);
+        (kept < f64::from(padding)).then(|| {
+            format!("--padding {padding}: the atlas is written, but its {charts} have room for {kept:.1} texels between them on --size {size}: a larger size or less padding")
+        })
+    }
+
     /// What to say where the atlas is not what was asked for. It is written all the same.
     fn missed(&self, mesh: &Mesh, atlas: &Atlas) -> Option<String> {
         if let Some(Trainer::Published(_)) = self.learning {
@@ -261,6 +270,11 @@ impl Job {
             return (bad > 0).then(|| {
                 format!("--preset paper: the atlas is written, but {bad} faces overlap or are flipped; other presets have none")
             });
+        }
+        if self.asks_for_padding()
+            && let Some(text) = self.crowded(atlas)
+        {
+            return Some(text);
         }
         let (bound, reached) = (self.settings.distortion, atlas.report.distortion);
         let kept = reached <= bound * (1.0 + BOUND_SLACK); // not so where it is no number

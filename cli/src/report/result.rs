@@ -16,6 +16,8 @@ pub struct ResultReport {
     pub distortion: f64,
     /// Share of the unit square that charts cover.
     pub utilisation: f64,
+    /// Texels that charts keep from each other.
+    pub padding: f64,
     /// Faces that are not counter-clockwise in UV.
     pub flipped: usize,
     /// Faces that overlap another in UV.
@@ -77,6 +79,7 @@ impl ResultReport {
             charts: report.chart_count,
             distortion: report.distortion,
             utilisation: report.utilisation,
+            padding: report.padding,
             flipped: report.flipped,
             overlapping: report.overlapping,
             stacked: report.stacked,

@@ -49,7 +49,7 @@ pub struct CarriedResult {
     pub moved_faces: usize,
     /// Mean distance of the two surfaces.
     pub distance: f64,
-    /// Whether the two are one mesh but for numbering and winding, and the UVs were copied.
+    /// Whether all its polygons are polygons of the source, and the UVs were copied.
     pub copied: bool,
 }
 
@@ -88,8 +88,11 @@ pub fn warnings(source: &Loaded, mesh: &Loaded, done: &Done) -> Vec<String> {
         all.push(format!("{onto}: {share:.1} % of its surface keeps its texels; the texture does not fit the rest"));
     }
     let (had, has) = (done.source_charts, done.charts);
-    if has < had {
-        all.push(format!("{onto}: {} of {had} charts are smaller than its faces and have none", had - has));
+    if has < had && !done.copied {
+        all.push(format!(
+            "{onto}: {} of {had} charts have none of its faces: it lacks what they cover, or its faces are larger",
+            had - has
+        ));
     }
     if done.regions > has {
         all.push(format!(

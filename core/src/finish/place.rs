@@ -89,6 +89,8 @@ pub struct PlaceSummary {
     pub distortion: f64,
     /// Share of the unit square that charts cover.
     pub utilisation: f64,
+    /// Padding that holds, in texels.
+    pub padding: f64,
     /// Faces that are not counter-clockwise on the grid.
     pub flipped: usize,
     /// Faces that overlap another on the grid.
@@ -168,6 +170,7 @@ pub fn place(
         }
         done.chart_count = numbers.charts;
         done.utilisation = packed.summary.utilisation;
+        done.padding = packed.summary.padding;
         done.distortion = distortion(uv, placing.pieces.rest());
         if !placing.mends {
             break;

@@ -80,7 +80,8 @@ pub fn pack(
     let kept = if padding >= gap.texels { settings.padding as f64 } else { f64::max(padding - SLACK, 0.0) };
     let mut steps = Steps { left: settings.steps, ..Steps::default() };
     let mut is_broken = false;
-    if padding >= gap.texels {
+    if padding >= SLACK {
+        let gap = Gap { texels: padding, ..gap };
         let whole = frame.take::<Pose>(charts.count)?;
         whole.copy_from(poses);
         let mut shelves = Shelves { poses, whole, side: &mut side, outlines: &outlines, gap };

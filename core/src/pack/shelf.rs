@@ -6,9 +6,14 @@
 
 use super::outline::Outlines;
 use super::placement::{Gap, Pose};
+use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::sort;
 use glam::DVec2;
+
+/// Side of the square, over that of one of the charts' area, up to which padding may blow it up: what is left is a hundredth of it, or a tenth
+/// of the texels a side.
+const WIDEST: f64 = 10.0;
 
 /// Bytes that [`place`] takes.
 pub(super) fn need(chart_count: usize) -> usize {
@@ -34,16 +39,17 @@ pub(super) fn place(
     }
     sort::by(order, |&a, &b| sizes[b as usize].y.total_cmp(&sizes[a as usize].y).then(a.cmp(&b)));
     let mut side = sizes.iter().fold(1.0, |side: f64, s| side.max(s.max_element()));
-    let mut texels = gap.texels;
+    let boxes: f64 = sizes.iter().map(|s| s.x * s.y).sum();
+    let most = WIDEST * side.max(sqrt(boxes));
+    let (least, mut texels) = (side, gap.texels);
     loop {
-        // 1.1^48 is about 97: wide enough unless padding fills the square.
-        for _ in 0..48 {
+        while side <= most {
             if rows(poses, order, sizes, side, texels / gap.size * side) {
                 return Ok((side, texels));
             }
             side *= 1.1;
         }
-        texels *= 0.5;
+        (side, texels) = (least, 0.5 * texels);
         if texels < 1e-9 {
             rows(poses, order, sizes, f64::INFINITY, 0.0);
             return Ok((sizes.iter().map(|s| s.x).sum::<f64>().max(side), 0.0));

@@ -16,6 +16,8 @@ pub struct Report {
     pub distortion: f64,
     /// Share of the unit square that charts cover.
     pub utilisation: f64,
+    /// Texels that charts keep from each other: as many as were asked for, unless so many charts have no room for that.
+    pub padding: f64,
     /// Faces that are not counter-clockwise on the grid; 0 unless they have no area to speak of.
     pub flipped: usize,
     /// Faces that overlap another on the grid: 0, or there is no atlas but one of [`super::unwrap::Method::Neural`].

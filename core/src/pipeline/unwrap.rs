@@ -225,8 +225,9 @@ impl Attempt<'_> {
         let (stacked, misfolded) = stacks.lay_on(corner_uv, polygon_chart, &mut placed, all_uv, &working, frame)?;
         fill_dropped(corner_uv, &polygons, &working, scratch)?;
         let ended_early = CountedWork::of([exposed, searched, placed.steps]);
-        let PlaceSummary { chart_count, distortion, utilisation, flipped, overlapping, .. } = placed;
-        let figures = Report { chart_count, distortion, utilisation, flipped, overlapping, ..Report::default() };
+        let PlaceSummary { chart_count, distortion, utilisation, padding, flipped, overlapping, .. } = placed;
+        let figures =
+            Report { chart_count, distortion, utilisation, padding, flipped, overlapping, ..Report::default() };
         Ok((Report { stacked, forbidden_cuts, closed_breaks, repaired, ended_early, ..figures }, misfolded))
     }
 

@@ -3,7 +3,7 @@
 //! Both are repaired as for unwrapping; the borders of the atlas become paths on the other mesh (`routes`), the regions between
 //! them its charts (`sheets`); nodes go where the atlas has them (`targets`) and yield where faces would turn over or overlap
 //! (`clear`). The packing is that of the source, to the texel: nothing is packed, turned or scaled.
-//! A mesh that is the source but for numbering and winding has its UVs copied. Refused are meshes that lie elsewhere or face the other way,
+//! A mesh whose polygons are all polygons of the source, in whatever order, has their UVs copied. Refused are meshes that lie elsewhere or face the other way,
 //! and atlases whose charts lie upon one another.
 //! Guaranteed: UVs on a grid of 2^-24; what is left of flips and overlaps is counted exactly. The report's share is measured on
 //! the final UVs. Cost: O(n log n), and what the walks visit.
@@ -16,7 +16,7 @@ use super::routes::{Ground, route, routes_need};
 use super::sheets::{NearestFace, Sheets, area, find_hits, majority, middle, sheets_need};
 use super::source::{SourceAtlas, Walking, source_need};
 use super::targets::{Targets, targets_need};
-use super::twin_mesh::{copy_uvs, is_twin};
+use super::twin_mesh::{copy_uvs, find_twins, twins_need};
 use super::untangle::Shapes;
 use crate::base::progress::{Progress, Stage, tell};
 use crate::base::real::sqrt;
@@ -78,7 +78,13 @@ pub fn transfer_atlas_need(source: &Counts, mesh: &Counts) -> usize {
         )
         .saturating_add(bytes_for::<u32>(b).saturating_mul(4))
         .saturating_add(work);
-    of_source.saturating_add(of_mesh).saturating_add(fill_dropped_need(mesh)).saturating_add(1 << 14)
+    let twins = twins_need(source.polygons, mesh.polygons)
+        .saturating_add(bytes_for::<u32>(mesh.polygons.saturating_add(source.polygons)));
+    of_source
+        .saturating_add(of_mesh)
+        .saturating_add(fill_dropped_need(mesh))
+        .saturating_add(twins)
+        .saturating_add(1 << 14)
 }
 
 /// Writes the atlas of `source`, whose `kept_uv` it is, to the corners of `mesh`. `size` is the texture's side in texels, for the
@@ -117,12 +123,16 @@ pub fn transfer_atlas(
     let mut report = TransferReport { source_charts: atlas.charts, extent: from.extent, ..TransferReport::default() };
     report.source_flipped = atlas.flipped;
     report.source_overlapping = overlapping(&atlas, scratch.frame(), workers)?;
-    if is_twin(source, mesh) {
-        copy_uvs(output.corner_uv, source, uv, mesh);
-        output.polygon_chart.fill(NONE);
-        from.polygon.iter().zip(atlas.chart).for_each(|(p, chart)| output.polygon_chart[*p as usize] = *chart);
+    let twin = scratch.take::<u32>(counts.polygons)?;
+    if find_twins(twin, source, mesh, scratch.frame())? {
+        copy_uvs(output.corner_uv, source, uv, mesh, twin);
+        let chart = scratch.take_filled::<u32>(source.counts().polygons, NONE)?;
+        from.polygon.iter().zip(atlas.chart).for_each(|(p, k)| chart[*p as usize] = *k);
+        output.polygon_chart.iter_mut().zip(twin.iter()).for_each(|(to, p)| *to = chart[*p as usize]);
+        let has = scratch.take::<u8>(atlas.charts)?;
+        output.polygon_chart.iter().filter(|k| **k != NONE).for_each(|k| has[*k as usize] = 1);
         tell(progress, Stage::Check, 1, 1)?;
-        let charts = atlas.charts;
+        let charts = has.iter().filter(|h| **h != 0).count();
         return Ok(TransferReport {
             charts,
             regions: charts,

@@ -11,7 +11,7 @@ pub struct TransferReport {
     pub source_charts: usize,
     /// Those of them that the mesh has.
     pub charts: usize,
-    /// Pieces that hang together in UV: as many as charts, unless some fell apart.
+    /// Pieces that hang together in UV: as many as charts, unless some fell apart; not counted where UVs were copied.
     pub regions: usize,
     /// Faces of the source that are turned over against the rest of their chart.
     pub source_flipped: usize,
@@ -19,7 +19,7 @@ pub struct TransferReport {
     pub source_overlapping: usize,
     /// Faces without positive area on the grid.
     pub flipped: usize,
-    /// Faces that overlap another on the grid.
+    /// Faces that overlap another on the grid; where UVs were copied, of the source.
     pub overlapping: usize,
     /// Those of them that belong to small pieces, as flaps of no thickness do.
     pub small: usize,
@@ -31,7 +31,7 @@ pub struct TransferReport {
     pub distance: f64,
     /// Largest side of the source's box, in the user's units.
     pub extent: f64,
-    /// Whether the mesh is the source but for numbering and winding, and its UVs were copied as they are.
+    /// Whether all polygons of the mesh are polygons of the source, and their UVs were copied as they are.
     pub copied: bool,
 }
 

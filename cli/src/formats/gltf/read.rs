@@ -5,6 +5,7 @@
 //! nothing hides behind them. Or, for formats without instances, all copies that the default scene draws.
 //! Limits: skins and morph targets are left at rest; Draco is refused by name; points and lines are left out.
 
+use super::beside;
 use super::buffers::Buffers;
 use super::container::Container;
 use super::document::{Document, Primitive, texcoord};
@@ -29,8 +30,12 @@ pub fn read(bytes: &[u8], folder: &Path, reading: Reading) -> Result<GltfFile, F
     let document = Document::of(&container.tree)?;
     let buffers = Buffers::load(&document, container.chunk.take(), folder)?;
     let numbers = Numbers { document: &document, buffers: &buffers };
-    let model =
-        Model { materials: materials(&document), rest: rest(&document, reading.uv_set), ..Model::of(Mesh::new()) };
+    let model = Model {
+        materials: materials(&document),
+        rest: rest(&document, reading.uv_set),
+        named: beside::files_of(&container.tree),
+        ..Model::of(Mesh::new())
+    };
     let mut build = GltfBuild { numbers, reading, model, marks: Vec::new(), surfaces: Vec::new(), left_out: 0 };
     let draws = draws(numbers)?;
     if reading.copies {

@@ -46,6 +46,7 @@ struct Reader {
     pieces: Pieces,
     edits: Vec<Edit>,
     decimals: Decimals,
+    libraries: Vec<String>, // of materials
     odd: Oddities,
 }
 
@@ -70,6 +71,10 @@ impl Reader {
             }
             b"o" | b"g" | b"usemtl" => {
                 self.pieces.statement(keyword, words.rest(), self.polygon_end.len());
+                Ok(())
+            }
+            b"mtllib" => {
+                self.libraries.push(String::from_utf8_lossy(words.rest()).trim().into());
                 Ok(())
             }
             b"f" | b"fo" if words_left(text) > 3 => self.face(words, at),
@@ -192,7 +197,8 @@ impl Reader {
             Mesh { positions, corners, polygon_start, corner_uv, corner_normals, edge_marks, tolerance: 0.0 };
         mesh.tolerance = self.decimals.tolerance(mesh.largest_coordinate());
         let (pieces, materials) = self.pieces.finish(mesh.polygon_count());
-        let model = Model { pieces, materials, warnings, ..Model::of(mesh) };
+        let rest = self.libraries.iter().map(|name| format!("what {name} says of materials")).collect();
+        let model = Model { pieces, materials, rest, named: self.libraries, warnings, ..Model::of(mesh) };
         ObjFile { source, model, corner_normal: self.corner_normal, edits: self.edits }
     }
 
