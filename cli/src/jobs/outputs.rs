@@ -66,13 +66,11 @@ pub fn publish(mut drafts: Drafts, json: Option<&Path>, report: &impl Serialize)
     if stop_requested() {
         return Err(Failure::Stopped);
     }
-    drafts.publish()?;
-    match json {
-        Some(path) if is_stdout(path) => {
-            write_json(report, &mut stdout().lock()).map_err(|e| Failure::output("--json", path, &e))
-        }
-        _ => Ok(()),
+    // What can fail comes before what hardly can.
+    if let Some(path) = json.filter(|path| is_stdout(path)) {
+        write_json(report, &mut stdout().lock()).map_err(|e| Failure::output("--json", path, &e))?;
     }
+    drafts.publish()
 }
 
 /// Writes to the report at `json` why there is no atlas, where the mesh at `input` is why. What cannot be written is not told of: the

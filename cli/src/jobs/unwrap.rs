@@ -32,6 +32,7 @@ use crate::training::map_file;
 use crate::training::trainer::Trainer;
 use seamwright_core::judge::measure::RESOLUTION;
 use seamwright_core::mesh::cracks::Weld;
+use seamwright_core::pipeline::published::FEW;
 use seamwright_core::pipeline::{CountedWork, Settings};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -63,22 +64,10 @@ impl Job {
             .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
         warnings.iter().for_each(|w| reporter.say(&format!("warning: {}: {w}", loaded.path.display())));
         let parts = self.find_parts(&loaded, &pool, &mut reporter)?;
-        if let (PartsSource::Shape(PartsArg::Count(wanted)), Some(found)) = (&self.parts, &parts)
-            && *wanted as usize != found.count
-        {
-            let text = format!(
-                "--parts {wanted}: there are {}; each piece of the mesh is one at least, and each part has a face",
-                found.count
-            );
-            reporter.say(&format!("warning: {}: {text}", loaded.path.display()));
-            warnings.push(text);
-        }
         let mut trainer = self.learning.clone();
         let made = self.make(&loaded, parts.as_ref(), trainer.as_mut(), &pool, &mut reporter)?;
         let atlas = &made.atlas;
-        if let Some(trainer) = trainer.as_ref().filter(|trainer| trainer.was_stopped()) {
-            let text =
-                format!("training was stopped after {} steps; what was learned by then is used", trainer.steps());
+        for text in self.not_as_asked(parts.as_ref(), trainer.as_ref()) {
             reporter.say(&format!("warning: {}: {text}", loaded.path.display()));
             warnings.push(text);
         }
@@ -163,6 +152,28 @@ impl Job {
             report.seconds
         ));
         Ok(missed)
+    }
+
+    /// What is not as the user asked for it, and no failure.
+    fn not_as_asked(&self, parts: Option<&MeshParts>, trainer: Option<&Trainer>) -> Vec<String> {
+        let mut told = Vec::new();
+        if let (PartsSource::Shape(PartsArg::Count(wanted)), Some(found)) = (&self.parts, parts)
+            && *wanted as usize != found.count
+        {
+            let why = "each piece of the mesh is one at least, and each part has a face";
+            told.push(format!("--parts {wanted}: there are {}; {why}", found.count));
+        }
+        match trainer {
+            Some(trainer) if trainer.was_stopped() => told.push(format!(
+                "training was stopped after {} steps; what was learned by then is used",
+                trainer.steps()
+            )),
+            Some(Trainer::Published(published)) if published.summary.maps == 0 => {
+                told.push(format!("no piece has {FEW} vertices, so that none was trained; their maps are exact"));
+            }
+            _ => {}
+        }
+        told
     }
 
     /// The parts that were asked for.

@@ -19,7 +19,7 @@ use crate::search::seams::make_charts;
 use glam::{DVec2, DVec3};
 
 /// Vertices from which on a piece is trained: a map of fewer is as quickly made exactly.
-const FEW: usize = 200;
+pub const FEW: usize = 200;
 
 /// Scratch bytes beyond those of the exact method, for training `lanes` pieces side by side ([`MOST`] at the most): as many as
 /// there are threads are enough. A run with more memory trains more at a time, one with less fewer; no bit depends on it.
