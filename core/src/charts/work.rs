@@ -27,6 +27,9 @@ const LANES: usize = 8;
 /// the end.
 const AT_ONCE: usize = 20_000;
 
+/// Newton steps of a flattening between walls, which hold each step back: far from rest, cuts would follow distortion that is not there.
+const WALLED_STOP: Stop = Stop { steps: 200, tolerance: 1e-3 };
+
 /// What to do with a chart.
 #[derive(Clone, Copy)]
 pub enum Work {
@@ -274,6 +277,7 @@ impl ChartJob<'_> {
                 relax_quads(self.x, &piece, quads, stop, scratch, workers)
             }
             Work::Flatten(stop) => {
+                let stop = if walls.is_empty() { stop } else { WALLED_STOP };
                 tutte(self.x, &piece, self.inner, self.border, scratch.frame(), workers)?;
                 relax_quads(self.x, &piece, quads, stop, scratch, workers)
             }

@@ -27,8 +27,6 @@ use glam::{DVec2, DVec3};
 
 /// Faces of the coarse mesh.
 const PROXY_FACES: usize = 2000;
-/// And where a piece stays one chart: with fewer, spot's one chart has a seam of 5.7 instead of 4.3.
-const WHOLE_FACES: usize = 3000;
 /// Pieces of more faces are cut by way of a coarse mesh.
 pub const PROXY_FROM: usize = 4500;
 /// How far paths may slide while they are carried over.
@@ -39,15 +37,16 @@ const CREASE: f64 = 35.0;
 const MOST_CREASES: f64 = 0.5;
 /// What a coarse mesh may be distorted over what the mesh may: the same cuts distort a fine mesh less.
 const SLACK: f64 = 1.2;
-/// A coarse mesh has at most twice the faces that are wanted, or one of so many of the mesh's: handles and holes keep a scan's from
-/// being reached.
+/// A coarse mesh has at most so many faces, or one of [`SHARE`] of the mesh's: handles and holes keep a scan's target from being reached.
+const MOST: usize = 6000;
+/// See [`MOST`].
 const SHARE: usize = 64;
 /// A coarse mesh that creases hold above its target by more than one part in so many is decimated without them.
 const MORE: usize = 5;
 
 /// Faces of a coarse mesh of one of so many `faces` at the most.
 fn most_of(faces: usize) -> usize {
-    (2 * WHOLE_FACES).max(faces / SHARE)
+    MOST.max(faces / SHARE)
 }
 
 /// Scratch bytes that [`cut_by_proxy`] asks for.
@@ -150,8 +149,7 @@ pub fn cut_by_proxy(
 ) -> Result<bool, StageError> {
     marks.mark(surface.mesh.faces.len())?;
     let most = most_of(surface.mesh.faces.len());
-    let target = if budget.whole { WHOLE_FACES } else { PROXY_FACES };
-    let Some(proxy) = Proxy::new(surface, target, most, &mut scratch)? else { return Ok(false) };
+    let Some(proxy) = Proxy::new(surface, PROXY_FACES, most, &mut scratch)? else { return Ok(false) };
     let Proxy { surface: coarse, history, uv: coarse_uv, cut: coarse_cut } = proxy;
     let slack = Budget { distortion: 1.0 + SLACK * (budget.distortion - 1.0), ..budget };
     let mut is_done = search_best(coarse_uv, coarse_cut, &coarse, slack, renewals, scratch.frame(), workers, marks)?;

@@ -1,6 +1,6 @@
 //! Seam optimisation: one budget of distortion, spent where it hides most.
 //!
-//! A piece is cut on the mesh itself, or, where it has more than [`PROXY_FROM`] faces, by way of a decimated one. Guarantee: no flips;
+//! A piece is cut on the mesh itself, or, where it has more than [`PROXY_FROM`] faces and may have several charts, by way of a decimated one. Guarantee: no flips;
 //! no overlap inside a chart but of one polygon.
 
 use super::budget::Budget;
@@ -58,7 +58,8 @@ pub fn make_charts(
     // One chart that is held apart from itself takes many times as long, and none was found better.
     let more = budget.renewals;
     let renewals = if budget.whole { Renewals::just(more) } else { Renewals::with(more) };
-    if faces <= PROXY_FROM {
+    // The cuts of a coarse mesh whose one chart presses against itself leave a finer one no room: seams were three times as long.
+    if faces <= PROXY_FROM || budget.whole {
         search_best(uv, cut, surface, budget, renewals, scratch.frame(), workers, marks)?;
     } else {
         let is_carried = cut_by_proxy(cut, surface, budget, renewals, scratch.frame(), workers, marks)?;
