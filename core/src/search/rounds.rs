@@ -78,6 +78,8 @@ const GLUINGS: usize = 2;
 const SPLITS: usize = 60;
 /// Newton steps of a round: the map need not be at rest before the next cut is chosen.
 const ROUND_STOP: Stop = Stop { steps: 5, tolerance: 1e-4 };
+/// Between walls, which hold steps back: with 5 steps and three paths a round one chart a piece is noticed 16 % more on 33 meshes.
+const WALLED_STOP: Stop = Stop { steps: 20, ..ROUND_STOP };
 
 /// When a chart without distortion is at rest: an excess of 1e-17 of its area moves a point by less than a step of the grid.
 const UNROLLED: Stop = Stop { steps: 12, tolerance: 1e-17 };
@@ -132,7 +134,7 @@ impl Rounds<'_> {
             if split(self.cut, self.changed, self.uv, self.surface, scratch.frame())? == 0 {
                 break;
             }
-            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+            self.relax_round(scratch.frame())?;
         }
         Ok(())
     }
@@ -146,7 +148,8 @@ impl Rounds<'_> {
             if now <= goal || is_dear(uv, cut, surface, ceiling) {
                 return Ok(0);
             }
-            let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { PATHS };
+            let near = if surface.stays_whole { 1 } else { PATHS };
+            let paths = if now - 1.0 > FAR * (goal - 1.0) { PATHS_FAR } else { near };
             extend(cut, changed, uv, surface, 4.0, paths, scratch, workers)
         };
         for _ in 0..RELAXATIONS {
@@ -187,7 +190,7 @@ impl Rounds<'_> {
             if found == 0 || !self.changed.contains(&1) {
                 break;
             }
-            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+            self.relax_round(scratch.frame())?;
         }
         Ok(())
     }
@@ -211,7 +214,7 @@ impl Rounds<'_> {
             if self.glue_once(budget, scratch.frame())? == 0 {
                 break;
             }
-            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+            self.relax_round(scratch.frame())?;
             self.part_overlaps(scratch.frame())?;
         }
         Ok(())
@@ -306,7 +309,7 @@ impl Rounds<'_> {
             }
         }
         if self.distortion() > bound {
-            self.relax(ROUND_STOP, self.surface.rest, scratch.frame())?;
+            self.relax_round(scratch.frame())?;
         }
         self.take_back(before, scratch.frame())?;
         self.part_changed(scratch)
@@ -354,11 +357,17 @@ impl Rounds<'_> {
         Ok(())
     }
 
+    /// Relaxes the charts with a changed face as a round does.
+    fn relax_round(&mut self, scratch: Scratch) -> Result<(), ScratchTooSmall> {
+        let stop = if self.surface.stays_whole { WALLED_STOP } else { ROUND_STOP };
+        self.relax(stop, self.surface.rest, scratch)
+    }
+
     /// Relaxes what is around changed faces; whole charts where there are many or borders have walls.
     fn relax_near(&mut self, scratch: Scratch) -> Result<(), ScratchTooSmall> {
         let seeds = self.changed.iter().filter(|changed| **changed != 0).count();
         if self.surface.stays_whole || seeds > SEEDS {
-            return self.relax(ROUND_STOP, self.surface.rest, scratch);
+            return self.relax_round(scratch);
         }
         relax_patch(self.uv, self.cut, self.changed, self.surface, ROUND_STOP, scratch, self.workers)
     }
