@@ -3,22 +3,16 @@
 use crate::args::render::RenderArgs;
 use crate::base::failure::Failure;
 use crate::files::drafts::{self, Drafts};
-use crate::formats::format::Format;
 use crate::formats::loaded::load_as;
 use crate::formats::reading::Reading;
+use crate::jobs::outputs::refuse_other_pictures;
 use crate::picture::drawing::Drawing;
 use crate::run::threads::Pool;
 
 /// Runs `seamwright render`. Exposure is found by our own rays, charts from the UVs.
 pub fn render(args: &RenderArgs) -> Result<(), Failure> {
     // A slip of the hand must not put a picture over the mesh.
-    if Format::of(&args.output).is_some() {
-        let text = format!("-o {}: a picture is written; name a file that ends in .png", args.output.display());
-        return Err(Failure::Usage(text));
-    }
-    if !args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-        return Err(Failure::Usage(format!("-o {}: name a file that ends in .png", args.output.display())));
-    }
+    refuse_other_pictures(&[("-o", Some(&args.output))])?;
     drafts::check("-o", &args.output)?;
     let loaded = load_as(&args.file, Reading { uv_set: args.uv_set, ..Reading::default() })?;
     loaded.check_set(args.uv_set)?;

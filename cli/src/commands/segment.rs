@@ -3,10 +3,10 @@
 use crate::args::parts::PartsArg;
 use crate::args::segment::SegmentArgs;
 use crate::base::failure::Failure;
-use crate::files::drafts::{self, Drafts};
-use crate::files::paths::same_file;
+use crate::files::drafts::Drafts;
 use crate::formats::labels::{kind::LabelKind, write::write};
 use crate::formats::loaded::load;
+use crate::jobs::outputs::{check_writable, refuse_clashes, refuse_over};
 use crate::picture::parts::PartsDrawing;
 use crate::run::parts::find;
 use crate::run::progress::{Reporter, Show};
@@ -19,24 +19,15 @@ pub fn segment(args: &SegmentArgs) -> Result<(), Failure> {
     let Some(kind) = LabelKind::of(&args.output) else {
         return Err(Failure::Usage(format!("-o {shown}: name a file that ends in .seg, .json, .ply or .glb")));
     };
-    if same_file(&args.output, &args.mesh) {
-        return Err(Failure::Usage(format!("-o {shown}: the same file as the mesh; choose another")));
+    let outputs = [("-o", Some(args.output.as_path())), ("--sheet", args.sheet.as_deref())];
+    refuse_over(&outputs, "the mesh", &args.mesh)?;
+    refuse_clashes(&outputs)?;
+    if let Some(sheet) =
+        args.sheet.as_deref().filter(|path| !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")))
+    {
+        return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", sheet.display())));
     }
-    if let Some(sheet) = &args.sheet {
-        let clash =
-            [(&args.mesh, "the mesh"), (&args.output, "-o")].into_iter().find(|(path, _)| same_file(sheet, path));
-        if let Some((_, other)) = clash {
-            return Err(Failure::Usage(format!(
-                "--sheet {}: the same file as {other}; choose another",
-                sheet.display()
-            )));
-        }
-        if !sheet.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-            return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", sheet.display())));
-        }
-        drafts::check("--sheet", sheet)?;
-    }
-    drafts::check("-o", &args.output)?;
+    check_writable(&outputs)?;
     let loaded = load(&args.mesh)?;
     let mut reporter = Reporter::new(Show::fitting(args.run.quiet));
     let pool = Pool::new(args.run.threads.map(usize::from))

@@ -3,13 +3,16 @@
 use crate::args::transfer::TransferArgs;
 use crate::base::counted::counted;
 use crate::base::failure::Failure;
-use crate::files::drafts::{self, Drafts};
+use crate::files::drafts::Drafts;
 use crate::files::paths::is_stdout;
 use crate::formats::format::Format;
 use crate::formats::loaded::{Loaded, open};
 use crate::formats::reading::Reading;
 use crate::formats::target::{Mapping, Target};
-use crate::jobs::outputs::{add_mesh, publish, refuse_clashes, refuse_over_inputs, refuse_two_streams, report_failure};
+use crate::jobs::outputs::{
+    NamedOutput, add_mesh, check_writable, publish, refuse_clashes, refuse_over, refuse_over_named, refuse_two_streams,
+    report_failure,
+};
 use crate::jobs::target::target;
 use crate::picture::drawing::Drawing;
 use crate::report::asked::InputReport;
@@ -38,10 +41,8 @@ fn carry(args: &TransferArgs, target: &Target) -> Result<TransferReport, Failure
     let reading = Reading { uv_set: target.uv_set, copies: !target.format.has_instances() };
     let source = open(&args.source, stream, reading)?;
     let mesh = open(&args.mesh, stream, reading)?;
-    for loaded in [&source, &mesh] {
-        let named: Vec<_> = loaded.beside().into_iter().map(|path| ("a file that a mesh names", path)).collect();
-        refuse_over_inputs(&outputs(args), &named)?;
-    }
+    refuse_over_named(&outputs(args), &source)?;
+    refuse_over_named(&outputs(args), &mesh)?;
     let mut reporter = Reporter::new(Show::fitting(args.run.quiet));
     let pool = Pool::new(args.run.threads.map(usize::from))
         .map_err(|e| Failure::Unreached(format!("--threads: cannot start them: {e}; ask for fewer")))?;
@@ -89,33 +90,23 @@ fn carry(args: &TransferArgs, target: &Target) -> Result<TransferReport, Failure
 
 /// No output may fall on another, nor one but the mesh's on an input.
 fn check_paths(args: &TransferArgs, target: &Target) -> Result<(), Failure> {
-    let out = args.writing.output.as_path();
-    let json = args.json.as_deref().filter(|path| !is_stdout(path));
     if args.source.as_os_str() == "-" && args.mesh.as_os_str() == "-" {
         return Err(Failure::Usage("-: standard input holds one mesh; name a file for the other".into()));
     }
     refuse_two_streams(target, args.json.as_deref())?;
-    let (source, mesh) = (Some(args.source.as_path()), Some(args.mesh.as_path()));
+    let outputs = outputs(args);
+    refuse_over(&outputs, "the mesh with the atlas", &args.source)?;
+    refuse_over(&outputs[1..], "the mesh", &args.mesh)?;
+    refuse_clashes(&outputs)?;
     let sheet = args.sheet.as_deref();
-    let clashes = [
-        ("-o", Some(out), "the mesh with the atlas", source),
-        ("--sheet", sheet, "the mesh with the atlas", source),
-        ("--sheet", sheet, "the mesh", mesh),
-        ("--sheet", sheet, "-o", Some(out)),
-        ("--json", json, "the mesh with the atlas", source),
-        ("--json", json, "the mesh", mesh),
-        ("--json", json, "-o", Some(out)),
-        ("--json", json, "--sheet", sheet),
-    ];
-    refuse_clashes(&clashes)?;
     if let Some(path) = sheet.filter(|path| !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))) {
         return Err(Failure::Usage(format!("--sheet {}: name a file that ends in .png", path.display())));
     }
-    outputs(args).into_iter().try_for_each(|(flag, path)| path.map_or(Ok(()), |path| drafts::check(flag, path)))
+    check_writable(&outputs)
 }
 
-/// The outputs that are named.
-fn outputs(args: &TransferArgs) -> [(&'static str, Option<&Path>); 3] {
+/// The outputs that are named, the mesh first.
+fn outputs(args: &TransferArgs) -> [NamedOutput<'_>; 3] {
     let json = args.json.as_deref().filter(|path| !is_stdout(path));
     [("-o", Some(args.writing.output.as_path())), ("--sheet", args.sheet.as_deref()), ("--json", json)]
 }

@@ -1,40 +1,62 @@
 //! What jobs and commands share of their outputs: none falls on another, all appear together, the report last.
 
 use crate::base::failure::Failure;
-use crate::files::drafts::Drafts;
+use crate::files::drafts::{self, Drafts};
 use crate::files::paths::{is_stdout, same_file};
+use crate::formats::loaded::Loaded;
 use crate::formats::target::{Files, Target};
 use crate::report::document::write_json;
 use crate::report::failed::FailureReport;
 use crate::run::stop::stop_requested;
 use serde::Serialize;
+use std::fs;
 use std::io::stdout;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// A flag with its path, and what that path may not be: its name and place.
-pub type Clash<'c> = (&'c str, Option<&'c Path>, &'c str, Option<&'c Path>);
+/// An output that is asked for: its flag, and its place where it is named.
+pub type NamedOutput<'o> = (&'static str, Option<&'o Path>);
 
-/// Refuses a path that is the same file as another.
-pub fn refuse_clashes(clashes: &[Clash]) -> Result<(), Failure> {
-    for (flag, path, other, place) in clashes {
-        if let (Some(path), Some(place)) = (path, place)
-            && same_file(path, place)
-        {
-            let text = format!("{flag} {}: the same file as {other}; choose another", path.display());
-            return Err(Failure::Usage(text));
-        }
+/// Refuses outputs that fall on those before them.
+pub fn refuse_clashes(outputs: &[NamedOutput]) -> Result<(), Failure> {
+    for (i, (flag, path)) in outputs.iter().enumerate() {
+        let Some(path) = path else { continue };
+        refuse_over(&outputs[i + 1..], flag, path)?;
     }
     Ok(())
 }
 
-/// Refuses outputs that fall on what was read: the files that a mesh names, or what else has a flag.
-pub fn refuse_over_inputs(outputs: &[(&str, Option<&Path>)], inputs: &[(&str, PathBuf)]) -> Result<(), Failure> {
-    for (what, input) in inputs {
-        let clashes: Vec<Clash> =
-            outputs.iter().map(|(flag, path)| (*flag, *path, *what, Some(input.as_path()))).collect();
-        refuse_clashes(&clashes)?;
+/// Refuses outputs that fall on `place`, which messages call `what`.
+pub fn refuse_over(outputs: &[NamedOutput], what: &str, place: &Path) -> Result<(), Failure> {
+    let mut named = outputs.iter().filter_map(|(flag, path)| Some((flag, (*path)?)));
+    match named.find(|(_, path)| same_file(path, place)) {
+        Some((flag, path)) => {
+            Err(Failure::Usage(format!("{flag} {}: the same file as {what}; choose another", path.display())))
+        }
+        None => Ok(()),
     }
-    Ok(())
+}
+
+/// Refuses outputs that fall on files that a mesh names.
+pub fn refuse_over_named(outputs: &[NamedOutput], loaded: &Loaded) -> Result<(), Failure> {
+    loaded.beside().iter().try_for_each(|path| refuse_over(outputs, "a file that the mesh names", path))
+}
+
+/// Finds out whether all outputs can be written.
+pub fn check_writable(outputs: &[NamedOutput]) -> Result<(), Failure> {
+    outputs.iter().try_for_each(|(flag, path)| path.map_or(Ok(()), |path| drafts::check(flag, path)))
+}
+
+/// Refuses a picture that is no `.png`; what is no regular file has no ending to go by.
+pub fn refuse_other_pictures(pictures: &[NamedOutput]) -> Result<(), Failure> {
+    let is_other = |path: &Path| {
+        let special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
+        !special && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
+    };
+    let mut named = pictures.iter().filter_map(|(flag, path)| Some((flag, (*path)?)));
+    match named.find(|(_, path)| is_other(path)) {
+        Some((flag, path)) => Err(Failure::Usage(format!("{flag} {}: name a file that ends in .png", path.display()))),
+        None => Ok(()),
+    }
 }
 
 /// Refuses a mesh and a report that would both go to standard output.

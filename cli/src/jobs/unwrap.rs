@@ -3,7 +3,7 @@
 use super::hints::hints;
 use super::job::{Job, PartsSource};
 use super::missed::cause;
-use super::outputs::{add_mesh, publish, report_failure};
+use super::outputs::{add_mesh, publish, refuse_over_named, report_failure};
 use super::sets::{self, Joined, Set, has_triangle, sets};
 use crate::args::group::GroupArg;
 use crate::args::parts::PartsArg;
@@ -53,7 +53,7 @@ impl Job {
     fn atlas(&self, load: impl FnOnce() -> Result<Loaded, Failure>) -> Result<Option<String>, Failure> {
         let start = Instant::now();
         let loaded = load()?;
-        self.check_beside(&loaded)?;
+        refuse_over_named(&self.outputs(), &loaded)?;
         let mut reporter = Reporter::new(Show::fitting(self.run.quiet));
         if let Some(limit) = self.limit {
             reporter.limit(start, limit);
