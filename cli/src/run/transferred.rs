@@ -10,8 +10,8 @@ use glam::DVec2;
 use seamwright_core::base::scratch::Scratch;
 use seamwright_core::base::workers::Workers;
 use seamwright_core::mesh::polygons::Polygons;
-use seamwright_core::transfer::onto::{TransferOutput, transfer_atlas, transfer_atlas_need};
-use seamwright_core::transfer::report::{TransferError, TransferReport};
+use seamwright_core::transfer::onto::{transfer_atlas, transfer_atlas_need};
+use seamwright_core::transfer::report::{TransferError, TransferOutput, TransferReport};
 
 /// An atlas that came from another mesh.
 pub struct CarriedAtlas {

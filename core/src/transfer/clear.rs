@@ -2,23 +2,24 @@
 //!
 //! Faces that were carried on beyond their chart's border come back to it in steps; where that is not enough, and where nothing was
 //! carried on, nodes move towards the middle of their neighbours. After every step faces that are turned over are turned back,
-//! the map is rounded to the grid, and overlaps are looked for there exactly. The best round is kept; where that has no fault, what gave way without
-//! need goes back. Cost: a search for overlaps a round.
+//! the map is rounded to the grid, and overlaps are looked for there exactly. The best round is kept. Cost: a search for overlaps a round.
 
-use super::source::SourceAtlas;
+use super::carried_map::CarriedMap;
 use super::targets::Targets;
-use super::untangle::{Shapes, untangle, untangle_need};
+use super::untangle::{untangle, untangle_need};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::finish::snap::{straighten, straighten_need};
 use crate::mesh::view::NONE;
-use crate::plane::grid::{GRID_BITS, GridPoint, GridTriangle, doubled_area};
-use crate::plane::overlap::{overlaps, overlaps_need};
+use crate::plane::grid::{GRID_BITS, GridPoint, GridTriangle};
+use crate::plane::overlap::overlaps_need;
 use glam::DVec2;
 
 /// Rounds at the most.
 const ROUNDS: usize = 40;
+/// Rounds that may pass without fewer faults.
+const IN_VAIN: usize = 16;
 /// How much of what lies beyond the border is left after so many steps.
 const LEFT: [f64; 4] = [1.0, 0.6, 0.3, 0.0];
 /// How far a node goes towards the middle of its neighbours in each step after those, and at the most.
@@ -28,43 +29,6 @@ const FARTHEST: f64 = 0.9;
 /// Rounds after which the nodes of faces that still overlap go to the middle of their neighbours, and sweeps of that.
 const PATIENCE: usize = 12;
 const SWEEPS: usize = 60;
-/// Rounds in which nodes go back.
-const ROUNDS_BACK: usize = 24;
-
-/// What the map is of.
-#[derive(Clone, Copy)]
-pub struct CarriedMap<'s> {
-    /// The faces.
-    pub shapes: Shapes<'s>,
-    /// Chart of the source that each face belongs to.
-    pub chart: &'s dyn Fn(usize) -> u32,
-    /// The source.
-    pub source: &'s SourceAtlas<'s>,
-    /// Whether the map stays in the unit square.
-    pub in_square: bool,
-    /// Whether each face belongs to a small piece of the mesh, which yields alone to a larger one: a flap of no thickness has no place of its own, and
-    /// all that it lies on would give way.
-    pub small: &'s dyn Fn(usize) -> bool,
-}
-
-/// What was reached.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Cleared {
-    /// Faces that are turned over or without area on the grid.
-    pub flipped: usize,
-    /// Faces that overlap another on the grid.
-    pub overlapping: usize,
-    /// Those of them that belong to small pieces.
-    pub small: usize,
-    /// Corners outside of the unit square, where the source has none.
-    pub outside: usize,
-}
-
-impl Cleared {
-    fn faults(&self) -> usize {
-        self.flipped.saturating_add(self.overlapping).saturating_add(self.outside)
-    }
-}
 
 /// Bytes that [`clear`] takes.
 pub const fn clear_need(nodes: usize, faces: usize) -> usize {
@@ -88,7 +52,7 @@ pub fn clear(
     atlas: &CarriedMap,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<Cleared, ScratchTooSmall> {
+) -> Result<(), ScratchTooSmall> {
     let (nodes, faces) = (x.len(), atlas.shapes.node.len());
     let level = scratch.take::<u8>(nodes)?;
     let loose = scratch.take::<u8>(nodes)?;
@@ -97,32 +61,28 @@ pub fn clear(
     let partner = scratch.take::<u32>(faces)?;
     let triangles = scratch.take::<GridTriangle>(faces)?;
     let best = scratch.take::<GridPoint>(nodes)?;
-    let mut done = Cleared { overlapping: usize::MAX, ..Cleared::default() };
+    let (mut fewest, mut in_vain) = (usize::MAX, 0);
     for round in 0..ROUNDS {
         for (n, x) in x.iter_mut().enumerate() {
             *x = place(targets.inner[n], targets.fitted[n], middle[n], level[n]);
         }
         smooth(x, loose, atlas.shapes.node, scratch.frame())?;
         untangle(x, &atlas.shapes, scratch.frame())?;
-        let flipped = onto_grid(x, grid, atlas, scratch.frame())?;
-        write(triangles, grid, atlas);
-        let overlapping = overlaps(partner, triangles, scratch.frame(), workers)?;
-        let mut outside = 0;
+        onto_grid(x, grid, atlas, scratch.frame())?;
+        let faults = atlas.look(triangles, partner, grid, scratch.frame(), workers)?;
         for (n, p) in atlas.shapes.node.as_flattened().iter().zip(triangles.as_flattened()) {
-            if atlas.in_square && !is_inside(*p) {
+            if atlas.is_outside(*p) {
                 yield_at(level, *n, targets);
-                outside += 1;
             }
         }
-        let small = partner.iter().enumerate().filter(|(f, p)| **p != NONE && (atlas.small)(*f)).count();
-        let now = Cleared { flipped, overlapping, small, outside };
-        if now.faults() < done.faults() {
-            done = now;
+        if faults.count() < fewest {
+            (fewest, in_vain) = (faults.count(), 0);
             best.copy_from(grid);
         }
-        if overlapping + outside == 0 {
+        if faults.overlapping + faults.outside == 0 || in_vain == IN_VAIN {
             break;
         }
+        in_vain += 1;
         for (f, p) in partner.iter_mut().enumerate() {
             if *p != NONE && (atlas.small)(*p as usize) && !(atlas.small)(f) {
                 *p = NONE; // what lies on something small stays
@@ -134,61 +94,7 @@ pub fn clear(
         }
     }
     grid.copy_from(best);
-    if done.faults() == 0 {
-        go_back(grid, best, loose, triangles, partner, targets, atlas, scratch, workers)?;
-    }
-    Ok(done)
-}
-
-/// Lets nodes of the map `best`, which has no fault, go back to where they fit best: those of faces that would be turned over, overlap or leave the
-/// square stay, until no face would.
-#[allow(clippy::too_many_arguments)]
-fn go_back(
-    grid: &mut [GridPoint],
-    best: &[GridPoint],
-    stays: &mut [u8],
-    triangles: &mut [GridTriangle],
-    partner: &mut [u32],
-    targets: &Targets,
-    atlas: &CarriedMap,
-    mut scratch: Scratch,
-    workers: &dyn Workers,
-) -> Result<(), ScratchTooSmall> {
-    stays.fill(0);
-    for _ in 0..ROUNDS_BACK {
-        for (n, g) in grid.iter_mut().enumerate() {
-            *g = if stays[n] != 0 { best[n] } else { GridPoint::snap(targets.fitted[n], GRID_BITS) };
-        }
-        if *grid == *best {
-            return Ok(());
-        }
-        write(triangles, grid, atlas);
-        overlaps(partner, triangles, scratch.frame(), workers)?;
-        let mut hinders = false;
-        for ((nodes, t), p) in atlas.shapes.node.iter().zip(triangles.iter()).zip(partner.iter()) {
-            if is_turned(nodes, grid) || *p != NONE || atlas.in_square && !t.iter().all(|p| is_inside(*p)) {
-                hinders = true;
-                nodes.iter().for_each(|n| stays[*n as usize] = 1);
-            }
-        }
-        if !hinders {
-            return Ok(());
-        }
-    }
-    grid.copy_from(best);
     Ok(())
-}
-
-/// Whether a face has no positive area on the grid, as seen.
-fn is_turned(nodes: &[u32; 3], grid: &[GridPoint]) -> bool {
-    doubled_area(&nodes.map(|n| grid[n as usize])) <= 0
-}
-
-/// The faces as they are written.
-fn write(triangles: &mut [GridTriangle], grid: &[GridPoint], atlas: &CarriedMap) {
-    for (f, t) in triangles.iter_mut().enumerate() {
-        *t = atlas.shapes.node[f].map(|n| written(grid[n as usize], atlas, f));
-    }
 }
 
 /// Middle of the neighbours of each node.
@@ -284,29 +190,11 @@ fn step_back(level: &mut [u8], partner: &[u32], atlas: &CarriedMap, targets: &Ta
     }
 }
 
-/// Rounds the map to the grid, still as seen; returns how many faces have no positive area there.
-fn onto_grid(
-    x: &[DVec2],
-    grid: &mut [GridPoint],
-    atlas: &CarriedMap,
-    scratch: Scratch,
-) -> Result<usize, ScratchTooSmall> {
+/// Rounds the map to the grid, still as seen.
+fn onto_grid(x: &[DVec2], grid: &mut [GridPoint], atlas: &CarriedMap, scratch: Scratch) -> Result<(), ScratchTooSmall> {
     grid.iter_mut().zip(x).for_each(|(g, x)| *g = GridPoint::snap(*x, GRID_BITS));
     if atlas.in_square {
-        return straighten(grid, atlas.shapes.node, scratch);
+        straighten(grid, atlas.shapes.node, scratch)?;
     }
-    Ok(atlas.shapes.node.iter().filter(|nodes| is_turned(nodes, grid)).count())
-}
-
-/// A point of face `f` as it is written.
-pub fn written(p: GridPoint, atlas: &CarriedMap, f: usize) -> GridPoint {
-    match atlas.source.mirrored[(atlas.chart)(f) as usize] {
-        0 => p,
-        _ => GridPoint::new((1 << GRID_BITS) - p.x(), p.y()),
-    }
-}
-
-fn is_inside(p: GridPoint) -> bool {
-    let room = 0..=1 << GRID_BITS;
-    room.contains(&p.x()) && room.contains(&p.y())
+    Ok(())
 }

@@ -9,20 +9,21 @@
 //! the final UVs. Cost: O(n log n), and what the walks visit.
 
 use super::arcs::{Arcs, arcs_need};
-use super::clear::{CarriedMap, clear, clear_need, written};
+use super::clear::clear_need;
 use super::closest::{ClosestTree, closest_tree_need};
-use super::report::{TransferError, TransferReport};
+use super::give_back::give_back_need;
+use super::lay::MeshAndAtlas;
+use super::report::{TransferError, TransferOutput, TransferReport};
 use super::routes::{Ground, route, routes_need};
-use super::sheets::{NearestFace, Sheets, area, find_hits, majority, middle, sheets_need};
+use super::sheets::{NearestFace, area, find_hits, majority, middle};
 use super::source::{SourceAtlas, Walking, source_need};
-use super::targets::{Targets, targets_need};
+use super::strays::{part_strays, strays_need};
+use super::targets::targets_need;
 use super::twin_mesh::{copy_uvs, find_twins, twins_need};
-use super::untangle::Shapes;
 use crate::base::progress::{Progress, Stage, tell};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
-use crate::base::sort;
-use crate::base::union_find::UnionFind;
+use crate::base::slices::Slices;
 use crate::base::workers::Workers;
 use crate::charts::surface::{Surface, surface_need};
 use crate::finish::fill::{fill_dropped, fill_dropped_need};
@@ -32,7 +33,7 @@ use crate::mesh::view::{MeshView, NONE};
 use crate::mesh::working::Working;
 use crate::plane::grid::{GRID_BITS, GridPoint, GridTriangle};
 use crate::plane::overlap::{overlaps, overlaps_need};
-use crate::solve::energy::{MOLLIFY, Rest};
+use crate::solve::energy::Rest;
 use glam::{DVec2, DVec3};
 
 /// Mean distance of two surfaces, over the source's extent, from which they are not the same shape in the same place.
@@ -44,18 +45,10 @@ const REVERSED: f64 = 0.5;
 const LOOKS: usize = 4096;
 /// Share of the source's faces that lie upon others from which on they do so on purpose: no place is theirs alone.
 const STACKED: f64 = 0.02;
-/// Share of the mesh's area below which a piece is small: it gives way to what it lies on. A flap of a decimated animal has a millionth.
-const SMALL: f64 = 1e-4;
-/// Texels that count as near, in the report.
-const NEAR: f64 = 2.0;
-
-/// Where the atlas is written.
-pub struct TransferOutput<'o> {
-    /// UV of each corner.
-    pub corner_uv: &'o mut [DVec2], // (c)
-    /// Chart of the source that each polygon belongs to, or `NONE`.
-    pub polygon_chart: &'o mut [u32], // (p)
-}
+/// Share of the mesh's area below which what is cut out is a flake: the rest of its chart is elsewhere, and an island of its own serves nobody.
+const FLAKE: f64 = 1e-3;
+/// Rounds in which strays are brought to where they belong: each shows what the ones before it hid.
+const STRAY_ROUNDS: usize = 4;
 
 /// Scratch bytes that [`transfer_atlas`] asks for: an estimate from above for meshes as they occur.
 pub fn transfer_atlas_need(source: &Counts, mesh: &Counts) -> usize {
@@ -68,8 +61,8 @@ pub fn transfer_atlas_need(source: &Counts, mesh: &Counts) -> usize {
     let nodes = (b + 64).max(mesh.vertices).min(3 * b) + b;
     let state = bytes_for::<DVec2>(nodes).saturating_mul(2).saturating_add(bytes_for::<[u32; 3]>(b));
     let joined = bytes_for::<[i64; 4]>(3 * b).saturating_add(bytes_for::<u32>(b));
-    let clearing = targets_need(b) + clear_need(nodes, b).max(joined) + state;
-    let work = routes_need(3 * b, 3 * a).max(sheets_need(b)).max(clearing);
+    let clearing = targets_need(b) + clear_need(nodes, b).max(give_back_need(nodes, b)).max(joined) + state;
+    let work = routes_need(3 * b, 3 * a).max(strays_need(b, a)).max(clearing);
     let of_mesh = repair_need(mesh)
         .saturating_add(surface_need(b, 3 * b))
         .saturating_add(closest_tree_need(b))
@@ -90,7 +83,7 @@ pub fn transfer_atlas_need(source: &Counts, mesh: &Counts) -> usize {
 /// Writes the atlas of `source`, whose `kept_uv` it is, to the corners of `mesh`. `size` is the texture's side in texels, for the
 /// report.
 pub fn transfer_atlas(
-    output: TransferOutput,
+    mut output: TransferOutput,
     source: &Polygons,
     mesh: &Polygons,
     size: u32,
@@ -146,7 +139,7 @@ pub fn transfer_atlas(
         return Err(TransferError::Stacked { faces: report.source_overlapping, of: from.faces.len() });
     }
     let carried = Carried { from: &from, atlas: &atlas, onto: &onto, size };
-    carried.run(&mut report, output.corner_uv, output.polygon_chart, scratch.frame(), workers, progress)?;
+    carried.run(&mut report, &mut output, scratch.frame(), workers, progress)?;
     fill_dropped(output.corner_uv, mesh, &onto, scratch)?;
     tell(progress, Stage::Check, 1, 1)?;
     Ok(report)
@@ -189,8 +182,7 @@ impl Carried<'_> {
     fn run(
         &self,
         report: &mut TransferReport,
-        corner_uv: &mut [DVec2],
-        polygon_chart: &mut [u32],
+        output: &mut TransferOutput,
         mut scratch: Scratch,
         workers: &dyn Workers,
         progress: &mut dyn Progress,
@@ -213,44 +205,23 @@ impl Carried<'_> {
         self.cut(cut, &surface, hits, scratch.frame())?;
         tell(progress, Stage::Flatten, 0, 1)?;
         let mut walking = Walking::new(atlas.chart.len(), &mut scratch)?;
-        let sheets = Sheets::new(&surface, cut, hits, atlas, &mut walking, &mut scratch)?;
-        let node = scratch.take::<[u32; 3]>(faces)?;
-        let nodes = surface.wedges(cut, node.as_flattened_mut());
-        let rest = scratch.take::<Rest>(faces)?;
-        for (r, f) in rest.iter_mut().zip(mesh.faces) {
-            *r = Rest::new(f.map(|v| mesh.positions[v as usize]), MOLLIFY);
-        }
-        let targets = Targets::new(nodes, node, mesh, &sheets, atlas, &mut walking, &mut scratch)?;
-        tell(progress, Stage::Check, 0, 1)?;
-        let x = scratch.take::<DVec2>(nodes)?;
-        let grid = scratch.take::<GridPoint>(nodes)?;
-        let chart = |f: usize| sheets.chart[sheets.region[f] as usize];
-        let scale = |f: usize| atlas.scale[chart(f) as usize];
-        let shapes = Shapes { node, rest, scale: &scale };
-        let of_component = scratch.take::<f64>(onto.component_count)?;
-        (0..faces).for_each(|f| of_component[onto.component[f] as usize] += area(mesh, f));
-        let all: f64 = of_component.iter().sum();
-        let small = |f: usize| of_component[onto.component[f] as usize] < SMALL * all;
-        let in_square = atlas.is_in_square();
-        let whole = CarriedMap { shapes, chart: &chart, source: atlas, in_square, small: &small };
-        let cleared = clear(x, grid, &targets, &whole, scratch.frame(), workers)?;
-        (report.flipped, report.overlapping, report.small) = (cleared.flipped, cleared.overlapping, cleared.small);
-        x.iter_mut().zip(grid.iter()).for_each(|(x, g)| *x = g.uv(GRID_BITS));
-        let texels = NEAR / f64::from(self.size.max(1));
-        let far = |n: u32| x[n as usize].distance_squared(targets.fitted[n as usize]) > texels * texels;
-        report.moved = node.iter().filter(|nodes| nodes.iter().any(|n| far(*n))).count();
-        report.within_two_texels = targets.share_within(x, node, mesh, texels);
-        let place = |f: usize, i: usize| onto.vertex_source[mesh.faces[f][i] as usize];
-        let uv_at = |f: usize, i: usize| grid[node[f][i] as usize];
-        report.regions = pieces_in_uv(&sheets, place, uv_at, scratch.frame())?;
-        let has = scratch.take::<u8>(atlas.charts)?;
-        sheets.chart.iter().for_each(|k| has[*k as usize] = 1);
-        report.charts = has.iter().filter(|h| **h != 0).count();
-        polygon_chart.fill(NONE);
-        for (f, nodes) in node.iter().enumerate() {
-            polygon_chart[onto.polygon[f] as usize] = chart(f);
-            for (i, n) in nodes.iter().enumerate() {
-                corner_uv[onto.corner_source[3 * f + i] as usize] = written(grid[*n as usize], &whole, f).uv(GRID_BITS);
+        let both = MeshAndAtlas { onto, atlas, surface: &surface, hits, size: self.size };
+        let routes = &*cut;
+        let mut fewest = usize::MAX;
+        // Where the atlas has faults without islands of flakes they are kept, and at last only what would else be lost.
+        for flake in [FLAKE, 0.0, 1.0] {
+            let mut frame = scratch.frame();
+            let cut = frame.take::<u8>(routes.len())?;
+            cut.copy_from(routes);
+            for _ in 0..STRAY_ROUNDS {
+                if !part_strays(cut, &surface, onto.fixed, hits, flake, atlas, &mut walking, frame.frame())? {
+                    break;
+                }
+            }
+            tell(progress, Stage::Check, 0, 1)?;
+            fewest = fewest.min(both.lay(cut, fewest, report, output, &mut walking, frame, workers)?);
+            if fewest == 0 {
+                break;
             }
         }
         Ok(())
@@ -275,30 +246,6 @@ impl Carried<'_> {
         let ground = Ground { surface, fixed: onto.fixed, tree: &tree, component };
         route(cut, &ground, atlas, from.component, &arcs, scratch)
     }
-}
-
-/// Regions that hang together in UV: those of one chart that share a place and its UV are one.
-fn pieces_in_uv(
-    sheets: &Sheets,
-    place: impl Fn(usize, usize) -> u32,
-    uv: impl Fn(usize, usize) -> GridPoint,
-    mut scratch: Scratch,
-) -> Result<usize, ScratchTooSmall> {
-    let faces = sheets.region.len();
-    let corners = scratch.take::<[i64; 4]>(3 * faces)?;
-    for (c, corner) in corners.iter_mut().enumerate() {
-        let (p, region) = (uv(c / 3, c % 3), sheets.region[c / 3]);
-        *corner = [place(c / 3, c % 3).into(), p.x().into(), p.y().into(), region.into()];
-    }
-    sort::ascending(corners);
-    let mut sets = UnionFind::new(scratch.take::<u32>(sheets.chart.len())?);
-    for pair in corners.windows(2).filter(|pair| pair[0][..3] == pair[1][..3]) {
-        let (a, b) = (pair[0][3] as u32, pair[1][3] as u32);
-        if sheets.chart[a as usize] == sheets.chart[b as usize] {
-            sets.union(a, b);
-        }
-    }
-    Ok((0..sheets.chart.len() as u32).filter(|r| sets.find(*r) == *r).count())
 }
 
 /// Share of the area whose faces look the other way than the nearest of the source, of a sample.

@@ -1,8 +1,17 @@
-//! What a transfer has done, and why there may be none.
+//! Where a transfer writes, what it has done, and why there may be no atlas.
 
 use crate::base::progress::Stopped;
 use crate::base::scratch::ScratchTooSmall;
 use crate::mesh::repair::RepairError;
+use glam::DVec2;
+
+/// Where the atlas is written.
+pub struct TransferOutput<'o> {
+    /// UV of each corner.
+    pub corner_uv: &'o mut [DVec2], // (c)
+    /// Chart of the source that each polygon belongs to, or `NONE`.
+    pub polygon_chart: &'o mut [u32], // (p)
+}
 
 /// What was done.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -183,11 +183,9 @@ fn trust(
     let mut sets = UnionFind::new(scratch.take(faces)?);
     for f in (0..faces).filter(|f| is_candidate(*f)) {
         for t in (3 * f as u32..3 * f as u32 + 3).filter_map(|c| surface.across(cut, c)).map(|t| t / 3) {
-            if (t as usize) > f && is_candidate(t as usize) && sets.find(t) != sets.find(f as u32) {
-                let there = source.walk(hits[f].face, middle(surface.mesh, t as usize), walking);
-                if there.squared <= hits[t as usize].squared * 1.0001 + 1e-14 {
-                    sets.union(f as u32, t);
-                }
+            let is_new = (t as usize) > f && is_candidate(t as usize) && sets.find(t) != sets.find(f as u32);
+            if is_new && trusts(f, t as usize, surface.mesh, hits, source, walking) {
+                sets.union(f as u32, t);
             }
         }
     }
@@ -208,6 +206,18 @@ fn trust(
         }
     }
     Ok(())
+}
+
+/// Whether from the place that face `f` is closest to a walk reaches one as near to face `t` as what that is closest to.
+pub fn trusts(
+    f: usize,
+    t: usize,
+    mesh: MeshView,
+    hits: &[NearestFace],
+    source: &SourceAtlas,
+    walking: &mut Walking,
+) -> bool {
+    source.walk(hits[f].face, middle(mesh, t), walking).squared <= hits[t].squared * 1.0001 + 1e-14
 }
 
 /// Rings of faces between each face and the nearest cut.
