@@ -35,10 +35,6 @@ const KNOWN: &[(&str, &[&str])] = &[
         &["tube_n5_a0.1_w0.5_tri_closed", "tube_n8_a0.1_w0.5_quad_closed"],
     ),
     (
-        "where a lid of one polygon is part of an overlap, splitting finds no path, and the lid is set apart",
-        &["gear_n40_d0.02_ngon_quad"],
-    ),
-    (
         "flat rings that are still joined to a side, and so distorted, are split for their empty hull",
         &[
             "tube_n128_a0.1_w0.1_tri_half",

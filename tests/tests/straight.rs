@@ -151,8 +151,8 @@ fn a_slanted_letter_with_a_bridged_hole_stays_flat_from_whichever_corner_it_begi
 #[test]
 fn no_side_of_a_box_is_bent() {
     // A bent rim would save a short seam on a sharp edge, and turn the corners of large sides by several degrees.
-    // Two charts of which one is bent a little fill the square better.
-    let known = [[0.05, 1.0, 5.0], [0.05, 2.0, 5.0]];
+    // Two charts of which one is bent a little fill the square better, and one bent a little is noticed less (.198 for .203).
+    let known = [[0.05, 1.0, 2.0], [0.05, 1.0, 5.0], [0.05, 2.0, 5.0]];
     let mut bent = vec![];
     let lengths = [0.05, 0.2, 0.5, 1.0, 2.0, 5.0];
     let sides =

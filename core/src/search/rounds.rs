@@ -54,8 +54,8 @@ const WORST: f64 = 10.0;
 /// See [`CONCENTRATIONS`].
 const GATHER_STOP: Stop = Stop { steps: 3, tolerance: 1e-5 };
 /// Paths that a round of extension adds at the most: more where the distortion is above the goal by more than [`FAR`] times
-/// what the goal allows, so that tight bounds are reached within the rounds.
-const PATHS: usize = 3;
+/// what the goal allows, so that tight bounds are reached within the rounds. With three, 63 meshes are noticed .4 % more in 1.03 times the time.
+const PATHS: usize = 2;
 /// See [`PATHS`].
 const PATHS_FAR: usize = 8;
 /// See [`PATHS`].
