@@ -217,7 +217,12 @@ pub fn trusts(
     source: &SourceAtlas,
     walking: &mut Walking,
 ) -> bool {
-    source.walk(hits[f].face, middle(mesh, t), walking).squared <= hits[t].squared * 1.0001 + 1e-14
+    is_as_near(source.walk(hits[f].face, middle(mesh, t), walking).squared, hits[t].squared)
+}
+
+/// Whether a squared distance is another or less, but for rounding.
+pub fn is_as_near(squared: f64, other: f64) -> bool {
+    squared <= other * 1.0001 + 1e-14
 }
 
 /// Rings of faces between each face and the nearest cut.

@@ -105,7 +105,7 @@ fn join(cut: &mut [u8], surface: &Surface, sheets: &Sheets, source: &SourceAtlas
     let mut reaches = |f: u32, t: u32| {
         let (from, own) = (sheets.anchor[f as usize], sheets.anchor[t as usize]);
         let goal = middle(mesh, t as usize);
-        source.walk(from, goal, walking).squared <= source.walk(own, goal, walking).squared * 1.0001 + 1e-14
+        sheets::is_as_near(source.walk(from, goal, walking).squared, source.walk(own, goal, walking).squared)
     };
     for c in 0..cut.len() as u32 {
         let (f, twin) = (c / 3, surface.twin[c as usize]);
