@@ -164,7 +164,6 @@ fn coarser_meshes_keep_the_atlas_and_pass_it_on() {
     }
 }
 
-/// As decimation leaves them: two faces upon each other that hang on an edge have no place of their own on the atlas.
 #[test]
 fn borders_without_a_way_move_to_edges_that_are_there() {
     // Flats lose most edges, also those along which the atlas parts them: without strays .512 and .886 (measured .979, .9997).
@@ -175,6 +174,7 @@ fn borders_without_a_way_move_to_edges_that_are_there() {
     }
 }
 
+/// As decimation leaves them: two faces upon each other that hang on an edge have no place of their own on the atlas.
 #[test]
 fn a_flap_yields_and_moves_nothing_else() {
     let mesh = fixture("hand");

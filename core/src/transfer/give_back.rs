@@ -4,7 +4,7 @@
 //! no face would that does not already. On a coarse mesh a step of [`super::clear`] is many texels, of which most can be taken back.
 //! Cost: a few searches for overlaps a share, until no node is left that may move.
 
-use super::carried_map::CarriedMap;
+use super::carried_map::{CarriedMap, Faults};
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
 use crate::base::slices::Slices;
 use crate::base::workers::Workers;
@@ -29,14 +29,14 @@ pub const fn give_back_need(nodes: usize, faces: usize) -> usize {
         .saturating_add(overlaps_need(faces))
 }
 
-/// Moves `grid` towards `fitted`. Guaranteed: no face has a fault afterwards that it had not before.
+/// Moves `grid` towards `fitted`; returns what is wrong with it in the end. Guaranteed: no face has a fault afterwards that it had not before.
 pub fn give_back(
     grid: &mut [GridPoint],
     fitted: &[DVec2],
     atlas: &CarriedMap,
     mut scratch: Scratch,
     workers: &dyn Workers,
-) -> Result<(), ScratchTooSmall> {
+) -> Result<Faults, ScratchTooSmall> {
     let (nodes, faces) = (grid.len(), atlas.shapes.node.len());
     let before = scratch.take::<GridPoint>(nodes)?;
     before.copy_from(grid);
@@ -50,7 +50,7 @@ pub fn give_back(
         u8::from(atlas.is_turned(f, grid)) | u8::from(partner[f] != NONE) << 1 | u8::from(is_outside) << 2
     };
     let known = scratch.take::<u8>(faces)?; // faults before
-    atlas.look(triangles, partner, grid, scratch.frame(), workers)?;
+    let of_before = atlas.look(triangles, partner, grid, scratch.frame(), workers)?;
     known.iter_mut().enumerate().for_each(|(f, known)| *known = faults(f, grid, partner, triangles));
     let goal = |n: usize| GridPoint::snap(fitted[n], GRID_BITS);
     for k in 0..SHARES {
@@ -80,7 +80,7 @@ pub fn give_back(
         }
     }
     grid.iter_mut().enumerate().for_each(|(n, g)| *g = part_way(before[n], fitted[n], done[n]));
-    Ok(())
+    if *grid == *before { Ok(of_before) } else { atlas.look(triangles, partner, grid, scratch, workers) }
 }
 
 /// A share of the way between two places.

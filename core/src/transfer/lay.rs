@@ -4,18 +4,17 @@
 use super::carried_map::CarriedMap;
 use super::clear::clear;
 use super::give_back::give_back;
+use super::mesh_and_atlas::MeshAndAtlas;
 use super::report::{TransferOutput, TransferReport};
-use super::sheets::{NearestFace, Sheets, area};
-use super::source::{SourceAtlas, Walking};
+use super::sheets::{Sheets, area};
+use super::source::Walking;
 use super::targets::Targets;
 use super::untangle::Shapes;
 use crate::base::scratch::{Scratch, ScratchTooSmall};
 use crate::base::sort;
 use crate::base::union_find::UnionFind;
 use crate::base::workers::Workers;
-use crate::charts::surface::Surface;
 use crate::mesh::view::NONE;
-use crate::mesh::working::Working;
 use crate::plane::grid::{GRID_BITS, GridPoint};
 use crate::solve::energy::{MOLLIFY, Rest};
 use glam::DVec2;
@@ -24,20 +23,6 @@ use glam::DVec2;
 const SMALL: f64 = 1e-4;
 /// Texels that count as near, in the report.
 const NEAR: f64 = 2.0;
-
-/// What an atlas is laid on, and from what.
-pub struct MeshAndAtlas<'w> {
-    /// The mesh.
-    pub onto: &'w Working<'w>,
-    /// The source.
-    pub atlas: &'w SourceAtlas<'w>,
-    /// The mesh, in the frame of the source.
-    pub surface: &'w Surface<'w>,
-    /// The closest place of the source to each face.
-    pub hits: &'w [NearestFace], // (f)
-    /// Side of the texture in texels.
-    pub size: u32,
-}
 
 impl MeshAndAtlas<'_> {
     /// Lays the atlas out between `cut`; returns how many faults it has. It is written, and told in `report`, where these are fewer than `below`.
@@ -74,12 +59,7 @@ impl MeshAndAtlas<'_> {
         let in_square = atlas.is_in_square();
         let whole = CarriedMap { shapes, chart: &chart, source: atlas, in_square, small: &small };
         clear(x, grid, &targets, &whole, scratch.frame(), workers)?;
-        give_back(grid, targets.fitted, &whole, scratch.frame(), workers)?;
-        let faults = {
-            let mut frame = scratch.frame();
-            let (triangles, partner) = (frame.take(faces)?, frame.take(faces)?);
-            whole.look(triangles, partner, grid, frame, workers)?
-        };
+        let faults = give_back(grid, targets.fitted, &whole, scratch.frame(), workers)?;
         if faults.count() >= below {
             return Ok(faults.count());
         }

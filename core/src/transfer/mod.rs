@@ -4,7 +4,7 @@
 //! - [`routes`]: those borders on the other mesh; [`sheets`]: which chart each face is; [`strays`]: what has no place there; [`targets`]:
 //!   where nodes go
 //! - [`untangle`], [`clear`]: no face turned over, none on another; [`give_back`]: what gave way without need; [`carried_map`]: the map on the grid
-//! - [`lay`]: these together; [`twin_mesh`]: what needs none of that; [`report`], [`onto`]: the whole
+//! - [`mesh_and_atlas`]: what these read; [`lay`]: these together; [`twin_mesh`]: what needs none of that; [`report`], [`onto`]: the whole
 
 pub mod arcs;
 pub mod carried_map;
@@ -12,6 +12,7 @@ pub mod clear;
 pub mod closest;
 pub mod give_back;
 pub mod lay;
+pub mod mesh_and_atlas;
 pub mod onto;
 pub mod report;
 pub mod routes;

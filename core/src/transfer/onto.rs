@@ -12,7 +12,7 @@ use super::arcs::{Arcs, arcs_need};
 use super::clear::clear_need;
 use super::closest::{ClosestTree, closest_tree_need};
 use super::give_back::give_back_need;
-use super::lay::MeshAndAtlas;
+use super::mesh_and_atlas::MeshAndAtlas;
 use super::report::{TransferError, TransferOutput, TransferReport};
 use super::routes::{Ground, route, routes_need};
 use super::sheets::{NearestFace, area, find_hits, majority, middle};
@@ -70,6 +70,7 @@ pub fn transfer_atlas_need(source: &Counts, mesh: &Counts) -> usize {
             bytes_for::<Rest>(b) + bytes_for::<NearestFace>(b) + bytes_for::<DVec3>(3 * b) + bytes_for::<f64>(b),
         )
         .saturating_add(bytes_for::<u32>(b).saturating_mul(4))
+        .saturating_add(bytes_for::<u8>(9 * b)) // cuts that were tried
         .saturating_add(work);
     let twins = twins_need(source.polygons, mesh.polygons)
         .saturating_add(bytes_for::<u32>(mesh.polygons.saturating_add(source.polygons)));
@@ -206,20 +207,24 @@ impl Carried<'_> {
         tell(progress, Stage::Flatten, 0, 1)?;
         let mut walking = Walking::new(atlas.chart.len(), &mut scratch)?;
         let both = MeshAndAtlas { onto, atlas, surface: &surface, hits, size: self.size };
-        let routes = &*cut;
         let mut fewest = usize::MAX;
         // Where the atlas has faults without islands of flakes they are kept, and at last only what would else be lost.
-        for flake in [FLAKE, 0.0, 1.0] {
-            let mut frame = scratch.frame();
-            let cut = frame.take::<u8>(routes.len())?;
-            cut.copy_from(routes);
+        let flakes = [FLAKE, 0.0, 1.0];
+        let tried = scratch.take::<u8>(flakes.len() * cut.len())?;
+        for (k, flake) in flakes.into_iter().enumerate() {
+            let (earlier, rest) = tried.parted_mut(k * cut.len());
+            let own = &mut rest[..cut.len()];
+            own.copy_from(cut);
             for _ in 0..STRAY_ROUNDS {
-                if !part_strays(cut, &surface, onto.fixed, hits, flake, atlas, &mut walking, frame.frame())? {
+                if !part_strays(own, &both, flake, &mut walking, scratch.frame())? {
                     break;
                 }
             }
+            if earlier.rows(cut.len()).any(|cut| *cut == *own) {
+                continue;
+            }
             tell(progress, Stage::Check, 0, 1)?;
-            fewest = fewest.min(both.lay(cut, fewest, report, output, &mut walking, frame, workers)?);
+            fewest = fewest.min(both.lay(own, fewest, report, output, &mut walking, scratch.frame(), workers)?);
             if fewest == 0 {
                 break;
             }

@@ -5,7 +5,8 @@
 //! trust each other, one of which is far from what its region reaches, is cut out along its edges, and joined to its neighbours of the same chart
 //! over edges where each side reaches the other's places: the border moves. Cost: O(f log f) and the walks.
 
-use super::sheets::{self, NearestFace, Sheets, area, middle, sheets_need};
+use super::mesh_and_atlas::MeshAndAtlas;
+use super::sheets::{self, Sheets, area, middle, sheets_need};
 use super::source::{SourceAtlas, Walking};
 use crate::base::real::sqrt;
 use crate::base::scratch::{Scratch, ScratchTooSmall, bytes_for};
@@ -33,23 +34,20 @@ pub const fn strays_need(faces: usize, charts: usize) -> usize {
 
 /// Cuts strays out of their regions and joins them to what they belong to; returns whether that changed anything. What has less than `flake` of the mesh's
 /// area, and belongs to a chart that has a larger region, is left where it was.
-#[allow(clippy::too_many_arguments)]
 pub fn part_strays(
     cut: &mut [u8],
-    surface: &Surface,
-    fixed: &[u8], // (3 f) see [`crate::mesh::working::Working::fixed`]
-    hits: &[NearestFace],
+    both: &MeshAndAtlas,
     flake: f64,
-    source: &SourceAtlas,
     walking: &mut Walking,
     mut scratch: Scratch,
 ) -> Result<bool, ScratchTooSmall> {
+    let MeshAndAtlas { surface, hits, atlas: source, .. } = *both;
     let before = scratch.take::<u8>(cut.len())?;
     before.copy_from(cut);
     {
         let mut frame = scratch.frame();
         let sheets = Sheets::new(surface, cut, hits, source, walking, &mut frame)?;
-        cut_out(cut, surface, fixed, hits, &sheets, source, walking, frame)?;
+        cut_out(cut, both, &sheets, walking, frame)?;
     }
     if *cut != *before {
         let sheets = Sheets::new(surface, cut, hits, source, walking, &mut scratch)?;
@@ -60,17 +58,14 @@ pub fn part_strays(
 }
 
 /// Cuts the sets of strays that trust each other out of their regions.
-#[allow(clippy::too_many_arguments)]
 fn cut_out(
     cut: &mut [u8],
-    surface: &Surface,
-    fixed: &[u8],
-    hits: &[NearestFace],
+    both: &MeshAndAtlas,
     sheets: &Sheets,
-    source: &SourceAtlas,
     walking: &mut Walking,
     mut scratch: Scratch,
 ) -> Result<(), ScratchTooSmall> {
+    let MeshAndAtlas { surface, hits, atlas: source, .. } = *both;
     let faces = hits.len();
     // How far off each face is: 0, 1 for a stray, 2 for one that is far.
     let off = scratch.take::<u8>(faces)?;
@@ -82,7 +77,7 @@ fn cut_out(
     let mut sets = UnionFind::new(scratch.take(faces)?);
     for f in (0..faces).filter(|f| off[*f] != 0) {
         for t in (3 * f as u32..3 * f as u32 + 3).filter_map(|c| surface.across(cut, c)) {
-            let (t, is_one) = (t / 3, fixed[t as usize] == DIAGONAL);
+            let (t, is_one) = (t / 3, both.onto.fixed[t as usize] == DIAGONAL);
             if is_one || off[t as usize] != 0 && sheets::trusts(f, t as usize, surface.mesh, hits, source, walking) {
                 sets.union(f as u32, t);
             }
